@@ -1,0 +1,10 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> All Fortran suites; tests/fortran/meson.build lists their names too.
+program tester
+   use test_harness, only: collect_harness
+   use testing, only: new_testsuite, run_tests
+   implicit none
+   call run_tests([ &
+      & new_testsuite('harness', collect_harness) &
+      & ])
+end program tester
