@@ -1,0 +1,27 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Fail where the objects of a static library keep data between calls.
+
+A SAVEd, initialised or module variable is a symbol in a data section.  The compiler's own tables
+of types (virtual tables, default initial values) are the only such data a re-entrant Fortran
+library has; -fcheck=recursion adds its marks.
+
+usage: check_globals.py NM LIBRARY
+"""
+import re
+import subprocess
+import sys
+
+COMPILERS_OWN = re.compile(r"___vtab_|___def_init_|^is_recursive\.|^print_warning\.")
+
+nm, library = sys.argv[1:]
+listing = subprocess.run([nm, library], capture_output=True, text=True, check=True).stdout
+symbols = re.findall(r"^[0-9a-f]+ (\w) (\S+)$", listing, re.MULTILINE)
+kept = sorted(name for kind, name in symbols if kind in "bBdDcCsSgGuVv" and not COMPILERS_OWN.search(name))
+for name in kept:
+    print("data kept between calls:", name)
+if not symbols:
+    print("no symbols in", library)
+ok = symbols and not kept
+print(f"{int(bool(ok))} passed, {int(not ok)} failed")
+sys.exit(not ok)
