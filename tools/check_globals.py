@@ -13,15 +13,22 @@ import subprocess
 import sys
 
 COMPILERS_OWN = re.compile(r"___vtab_|___def_init_|^is_recursive\.|^print_warning\.")
+HINTS = {
+    "slen.": "gfortran keeps the length of a deferred-length character function's result in static storage, where"
+             " it is called: threads would share it; use a subroutine, or a result with a declared length"}
 
 nm, library = sys.argv[1:]
-listing = subprocess.run([nm, library], capture_output=True, text=True, check=True).stdout
-symbols = re.findall(r"^[0-9a-f]+ (\w) (\S+)$", listing, re.MULTILINE)
-kept = sorted(name for kind, name in symbols if kind in "bBdDcCsSgGuVv" and not COMPILERS_OWN.search(name))
-for name in kept:
-    print("data kept between calls:", name)
+listing = subprocess.run([nm, "-A", library], capture_output=True, text=True, check=True).stdout
+symbols = re.findall(r"([^:\n]+):[0-9a-f]+ (\w) (\S+)$", listing, re.MULTILINE)
+kept = [(where, name) for where, kind, name in symbols
+        if kind in "bBdDcCsSgGuVv" and not COMPILERS_OWN.search(name)]
+for where, name in kept:
+    print(f"data kept between calls: {name} in {where}")
+for start, hint in HINTS.items():
+    if any(name.startswith(start) for _, name in kept):
+        print(f"{start}N: {hint}")
 if not symbols:
     print("no symbols in", library)
-ok = symbols and not kept
-print(f"{int(bool(ok))} passed, {int(not ok)} failed")
+ok = bool(symbols) and not kept
+print(f"{int(ok)} passed, {int(not ok)} failed")
 sys.exit(not ok)

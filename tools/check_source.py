@@ -22,7 +22,7 @@ LIMIT = 400
 
 # at the start of a statement, or after the bracket of an `if (...)`
 NOISE = re.compile(
-    r"(?:^|\)\s*)(?:print\s*(?:\*|''|\(|\w+\s*,)|print\s+\w+$|(?:error\s+)?stop\s*(?:$|\w|'')|call\s+(?:abort|exit)\b)"
+    r"(?:^|\)\s*)(?:print\s*(?:\*|''|\(|\w+\s*,)|print\s+\w+$|(?:error\s+)?stop(?:\s*$|\s+\w|\s*'')|call\s+(?:abort|exit)\b)"
     r"|\b(?:write|read)\s*\(\s*(?:unit\s*=\s*)?\*|\b(?:output|error)_unit\b")
 
 

@@ -24,6 +24,7 @@ contains
    pure subroutine stopped(stop)
       logical, intent(out) :: stop   ! print *, 'no'; stop
       stop = .true.
+      stop_asked = .false.
    end subroutine stopped
 end module dynstep_a""",
     "src/steppers/dynstep_b.f90": """
