@@ -1,11 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The checks in tools/ find planted faults, and accept what is right."""
+"""The checks in tools/ and the Fortran harness find planted faults, and accept what is right.
+
+usage: test_checks.py NM READELF PLANTED_SAVE PLANTED_TRAMPOLINE PLANTED_FAILURE
+"""
 import pathlib
+import subprocess
 import sys
 
+TOOLS = pathlib.Path(__file__).resolve().parents[2] / "tools"
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+sys.path.insert(0, str(TOOLS))
 
 from check_interfaces import differences, of_fortran, of_header, of_pyf  # noqa: E402
 from check_source import complaints  # noqa: E402
@@ -100,8 +105,19 @@ end python module _core
 """
 
 
-def cases():
+def fails_with(text, *command):
+    """Whether a command ends with 1 and says `text`."""
+    done = subprocess.run(command, capture_output=True, text=True)
+    return done.returncode == 1 and text in done.stdout
+
+
+def cases(nm, readelf, save, trampoline, failure):
     """Yield (name, whether it holds)."""
+    yield "a SAVE is found", fails_with("calls.", TOOLS / "check_globals.py", nm, save)
+    yield "an executable stack is found", fails_with("RWE", TOOLS / "check_stack.py", readelf, trampoline)
+    yield "the harness sees a failure", fails_with("1 passed, 1 failed", failure)
+    yield "the harness fails where nothing ran", fails_with("0 passed, 0 failed", failure, "no-such-suite")
+
     yield "good sources pass", not any(complaints(GOOD).values())
     for rule, faults in PLANTED.items():
         for number, (path, text) in enumerate(faults, 1):
@@ -125,7 +141,7 @@ def cases():
 
 
 passed = failed = 0
-for name, holds in cases():
+for name, holds in cases(*sys.argv[1:]):
     print("ok  " if holds else "FAIL", name)
     passed, failed = passed + bool(holds), failed + (not holds)
 print(f"{passed} passed, {failed} failed")

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> One test that fails: this program must not end with 0.
+!> A fault on purpose: one test of two fails, which the harness must count and end with 1.
 module test_failing
    use testing, only: check, error_type, new_unittest, unittest_type
    implicit none
@@ -22,9 +22,9 @@ contains
 
 end module test_failing
 
-program harness_fails
+program planted_failure
    use test_failing, only: collect_failing
    use testing, only: new_testsuite, run_tests
    implicit none
    call run_tests([new_testsuite('failing', collect_failing)])
-end program harness_fails
+end program planted_failure
