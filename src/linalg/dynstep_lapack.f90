@@ -1,0 +1,102 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Explicit interfaces of the LAPACK routines that the library calls.
+!>
+!> They are declared pure: with correct arguments none of them prints or stops
+!> (XERBLA is reached by wrong arguments only).
+module dynstep_lapack
+   use dynstep_kinds, only: wp
+   implicit none
+   private
+
+   public :: dgbtrf, dgbtrs, dgetrf, dgetrs, dlacn2, dpbtrf, dpbtrs, dpotrf, dpotrs
+
+   interface
+      !> A = P L U, band storage with kl rows of fill room on top
+      pure subroutine dgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)
+         import :: wp
+         integer, intent(in) :: m, n, kl, ku, ldab
+         real(wp), intent(inout) :: ab(ldab, *)   !! [2kl+ku+1, n]
+         integer, intent(out) :: ipiv(*)          !! [min(m,n)]
+         integer, intent(out) :: info             !! k > 0: U(k,k) is zero
+      end subroutine dgbtrf
+
+      !> Solve A x = b or A^T x = b from dgbtrf
+      pure subroutine dgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
+         import :: wp
+         character(len=1), intent(in) :: trans
+         integer, intent(in) :: n, kl, ku, nrhs, ldab, ldb
+         real(wp), intent(in) :: ab(ldab, *)
+         integer, intent(in) :: ipiv(*)
+         real(wp), intent(inout) :: b(ldb, *)     !! [n, nrhs]
+         integer, intent(out) :: info
+      end subroutine dgbtrs
+
+      !> A = P L U
+      pure subroutine dgetrf(m, n, a, lda, ipiv, info)
+         import :: wp
+         integer, intent(in) :: m, n, lda
+         real(wp), intent(inout) :: a(lda, *)     !! [m, n]
+         integer, intent(out) :: ipiv(*)          !! [min(m,n)]
+         integer, intent(out) :: info             !! k > 0: U(k,k) is zero
+      end subroutine dgetrf
+
+      !> Solve A x = b or A^T x = b from dgetrf
+      pure subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         character(len=1), intent(in) :: trans
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(in) :: a(lda, *)
+         integer, intent(in) :: ipiv(*)
+         real(wp), intent(inout) :: b(ldb, *)     !! [n, nrhs]
+         integer, intent(out) :: info
+      end subroutine dgetrs
+
+      !> A = L L^T, band storage of one triangle
+      pure subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
+         import :: wp
+         character(len=1), intent(in) :: uplo
+         integer, intent(in) :: n, kd, ldab
+         real(wp), intent(inout) :: ab(ldab, *)   !! [kd+1, n]
+         integer, intent(out) :: info             !! k > 0: pivot k is not positive
+      end subroutine dpbtrf
+
+      !> Solve A x = b from dpbtrf
+      pure subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
+         import :: wp
+         character(len=1), intent(in) :: uplo
+         integer, intent(in) :: n, kd, nrhs, ldab, ldb
+         real(wp), intent(in) :: ab(ldab, *)
+         real(wp), intent(inout) :: b(ldb, *)     !! [n, nrhs]
+         integer, intent(out) :: info
+      end subroutine dpbtrs
+
+      !> A = L L^T
+      pure subroutine dpotrf(uplo, n, a, lda, info)
+         import :: wp
+         character(len=1), intent(in) :: uplo
+         integer, intent(in) :: n, lda
+         real(wp), intent(inout) :: a(lda, *)     !! [n, n]
+         integer, intent(out) :: info             !! k > 0: pivot k is not positive
+      end subroutine dpotrf
+
+      !> Solve A x = b from dpotrf
+      pure subroutine dpotrs(uplo, n, nrhs, a, lda, b, ldb, info)
+         import :: wp
+         character(len=1), intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(inout) :: b(ldb, *)     !! [n, nrhs]
+         integer, intent(out) :: info
+      end subroutine dpotrs
+
+      !> Higham's estimate of the 1-norm of an operator, by reverse communication:
+      !> kase = 1 asks for x = B x, kase = 2 for x = B^T x, kase = 0 says done
+      pure subroutine dlacn2(n, v, x, isgn, est, kase, isave)
+         import :: wp
+         integer, intent(in) :: n
+         real(wp), intent(inout) :: v(n), x(n)
+         integer, intent(inout) :: isgn(n), kase, isave(3)
+         real(wp), intent(inout) :: est
+      end subroutine dlacn2
+   end interface
+end module dynstep_lapack
