@@ -3,8 +3,8 @@
 """Fail where the objects of a static library keep data between calls.
 
 A SAVEd, initialised or module variable is a symbol in a data section.  The compiler's own tables
-of types (virtual tables, default initial values) are the only such data a re-entrant Fortran
-library has; -fcheck=recursion adds its marks.
+of types (virtual tables, default initial values) and of `select case` over strings (jumptable) are
+the only such data a re-entrant Fortran library has; -fcheck=recursion adds its marks.
 
 usage: check_globals.py NM LIBRARY
 """
@@ -12,7 +12,7 @@ import re
 import subprocess
 import sys
 
-COMPILERS_OWN = re.compile(r"___vtab_|___def_init_|^is_recursive\.|^print_warning\.")
+COMPILERS_OWN = re.compile(r"__vtab_|__def_init_|^(?:jumptable|is_recursive|print_warning)\.")
 HINTS = {
     "slen.": "gfortran keeps the length of a deferred-length character function's result in static storage, where"
              " it is called: threads would share it; use a subroutine, or a result with a declared length"}

@@ -29,18 +29,21 @@ module testing
 
    integer, parameter :: wp = real64
 
+   !> Names have a fixed length, as gfortran loses allocatable ones in array constructors
+   integer, parameter :: name_length = 64
+
    !> Allocated where a test has failed
    type :: error_type
       character(len=:), allocatable :: message
    end type error_type
 
    type :: unittest_type
-      character(len=:), allocatable :: name
+      character(len=name_length) :: name = ''
       procedure(test_interface), pointer, nopass :: test => null()
    end type unittest_type
 
    type :: testsuite_type
-      character(len=:), allocatable :: name
+      character(len=name_length) :: name = ''
       procedure(collect_interface), pointer, nopass :: collect => null()
    end type testsuite_type
 
@@ -84,7 +87,7 @@ contains
       type(testsuite_type), intent(in) :: suites(:)
       type(unittest_type), allocatable :: tests(:)
       type(error_type), allocatable :: error
-      character(len=64) :: wanted
+      character(len=name_length) :: wanted
       integer :: i, j, passed, failed
       call get_command_argument(1, wanted)
       passed = 0
@@ -96,10 +99,10 @@ contains
             call tests(j)%test(error)
             if (allocated(error)) then
                failed = failed + 1
-               print '(a)', 'FAIL '//suites(i)%name//'/'//tests(j)%name//': '//error%message
+               print '(a)', 'FAIL '//trim(suites(i)%name)//'/'//trim(tests(j)%name)//': '//error%message
             else
                passed = passed + 1
-               print '(a)', 'ok   '//suites(i)%name//'/'//tests(j)%name
+               print '(a)', 'ok   '//trim(suites(i)%name)//'/'//trim(tests(j)%name)
             end if
          end do
       end do
