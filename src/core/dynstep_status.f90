@@ -74,10 +74,10 @@ contains
       self%message = ''
    end subroutine status_clear
 
-   !> A few words for a code, the same in every language
+   !> A few words for a code, the same in every language (padded: a deferred length would be static data)
    pure function status_text(code) result(words)
       integer, intent(in) :: code
-      character(len=:), allocatable :: words
+      character(len=56) :: words
       select case (code)
       case (dynstep_success); words = 'success'
       case (dynstep_stopped); words = 'stopped by an observer'
