@@ -1,0 +1,81 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Where the points of a run go.
+!>
+!>   recorder_type      what a driver calls for each point that is to be kept; extend it to
+!>                      write to a file, a plot, a caller's buffer
+!>   trajectory_type    keeps the points in arrays that grow
+module dynstep_trajectory
+   use dynstep_kinds, only: wp
+   use dynstep_status, only: dynstep_no_memory, status_type
+   use dynstep_stepper, only: state_type
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   type, abstract, public :: recorder_type
+   contains
+      procedure(record_interface), deferred :: record
+   end type recorder_type
+
+   abstract interface
+      !> Keep one point; a failed status ends the run
+      recursive subroutine record_interface(self, state, status)
+         import :: recorder_type, state_type, status_type
+         class(recorder_type), intent(inout) :: self
+         type(state_type), intent(in) :: state
+         type(status_type), intent(inout) :: status
+      end subroutine record_interface
+   end interface
+
+   type, extends(recorder_type), public :: trajectory_type
+      integer :: count = 0                !! points kept; the arrays may be longer
+      real(wp), allocatable :: t(:)       !! [count] times
+      real(wp), allocatable :: y(:, :)    !! [state_size, count] states, [q; v] in mechanics
+      real(wp), allocatable :: a(:, :)    !! [n, count] accelerations, or y' [state_size, count]
+   contains
+      procedure :: record => trajectory_record
+      procedure :: reserve => trajectory_reserve
+   end type trajectory_type
+
+contains
+
+   recursive subroutine trajectory_record(self, state, status)
+      class(trajectory_type), intent(inout) :: self
+      type(state_type), intent(in) :: state
+      type(status_type), intent(inout) :: status
+      integer :: room
+      if (status%failed()) return
+      room = 0
+      if (allocated(self%t)) room = size(self%t)
+      if (self%count >= room) call self%reserve(max(64, 2*room), size(state%y), size(state%a), status)
+      if (status%failed()) return
+      self%count = self%count + 1
+      self%t(self%count) = state%t
+      self%y(:, self%count) = state%y
+      self%a(:, self%count) = state%a
+   end subroutine trajectory_record
+
+   !> Room for `points` points in all, so that recording them allocates nothing
+   recursive subroutine trajectory_reserve(self, points, state_size, n, status)
+      class(trajectory_type), intent(inout) :: self
+      integer, intent(in) :: points, state_size, n
+      type(status_type), intent(inout) :: status
+      real(wp), allocatable :: t(:), y(:, :), a(:, :)
+      integer :: stat
+      if (status%failed()) return
+      allocate (t(points), y(state_size, points), a(n, points), stat=stat)
+      if (stat /= 0) then
+         call status%set(dynstep_no_memory, 'no memory for '//text(points)//' points of ' &
+            & //text(state_size + n)//' numbers; record every k-th step only')
+         return
+      end if
+      if (self%count > 0) then
+         t(:self%count) = self%t(:self%count)
+         y(:, :self%count) = self%y(:, :self%count)
+         a(:, :self%count) = self%a(:, :self%count)
+      end if
+      call move_alloc(t, self%t)
+      call move_alloc(y, self%y)
+      call move_alloc(a, self%a)
+   end subroutine trajectory_reserve
+end module dynstep_trajectory

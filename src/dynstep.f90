@@ -1,0 +1,27 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> All public names of the library: `use dynstep`.
+module dynstep
+   use dynstep_equilibrium, only: newton_options
+   use dynstep_extrapolation, only: extrapolation_stepper
+   use dynstep_integrate, only: control_type, integrate, integration_type, observer_type
+   use dynstep_kinds, only: long, wp
+   use dynstep_linear_system, only: linear_system, load_none, load_procedure, load_samples
+   use dynstep_load_table, only: load_table_type, outside_hold, outside_zero
+   use dynstep_matrix, only: banded_matrix, dense_matrix, diagonal_matrix, identity_matrix, kind_banded, &
+      & kind_dense, kind_diagonal, kind_identity, kind_zero, matrix_type, zero_matrix
+   use dynstep_mechanical_system, only: mechanical_system, structure_type
+   use dynstep_midpoint, only: midpoint_stepper
+   use dynstep_newmark, only: newmark_stepper
+   use dynstep_ode_system, only: ode_system
+   use dynstep_sequences, only: most_levels, sequence_bulirsch, sequence_custom, sequence_double_harmonic, &
+      & sequence_harmonic, sequence_romberg
+   use dynstep_status, only: dynstep_callback_failed, dynstep_event, dynstep_file_error, &
+      & dynstep_in_use, dynstep_inconsistent_start, dynstep_invalid_handle, dynstep_invalid_input, &
+      & dynstep_more, dynstep_no_memory, dynstep_not_converged, dynstep_not_finite, &
+      & dynstep_singular_matrix, dynstep_step_too_small, dynstep_stopped, dynstep_success, &
+      & dynstep_too_many_steps, status_text, status_type
+   use dynstep_stepper, only: allocate_state, clock_type, method_properties, state_type, step_counters, stepper_type
+   use dynstep_trajectory, only: recorder_type, trajectory_type
+   implicit none
+   public
+end module dynstep

@@ -1,0 +1,315 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Extrapolation of a symmetric method to any even order (Austin 1991, sections 4 and 6).
+!>
+!> A base step of length h is made with n(1) < n(2) < ... < n(P) substeps of a symmetric
+!> method.  The errors of the results have expansions in even powers of h/n(j), eq. (13), so
+!> the table of eq. (19) - for any sequence: Neville's table in (h/n)^2 - removes P - 1 of
+!> them: order 2P.  Accelerations follow by back-substitution, step [1d].
+!>
+!> PROGRAMMING INTERFACE
+!>
+!>     type(extrapolation_stepper) :: stepper
+!>     allocate (newmark_stepper :: stepper%base)      ! or any stepper with symmetric = .true.
+!>     stepper%levels = 4                              ! order 8
+!>     stepper%sequence = sequence_romberg             ! default: harmonic, 1, 2, 3, ...
+!>     call stepper%get_tableau(table, numbers)        ! after a step: Table [1] of the paper
+!>
+!>   Each level owns a copy of the base, so a linear system is factorized once for each
+!>   level.  What is extrapolated are the increments over the base step.
+!>
+!>   The harmonic sequence is the default: 1, 2, 3, 4 has order 8 with 10 substeps, Romberg's
+!>   numbers with 15.  An extrapolated trapezoid is not unconditionally stable; see
+!>   docs/theory/newmark-extrapolation.md for the limits.
+module dynstep_extrapolation
+   use dynstep_accelerations, only: acceleration_solver
+   use dynstep_kinds, only: wp
+   use dynstep_ode_system, only: ode_system
+   use dynstep_sequences, only: extrapolation_weights, sequence_harmonic, substep_numbers
+   use dynstep_start_check, only: check_size, check_start
+   use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, status_type
+   use dynstep_stepper, only: allocate_state, clock_type, method_properties, state_type, step_counters, stepper_type
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   type :: level_type
+      class(stepper_type), allocatable :: stepper
+   end type level_type
+
+   type, extends(stepper_type), public :: extrapolation_stepper
+      class(stepper_type), allocatable :: base    !! method that is extrapolated, with its coefficients
+      integer :: sequence = sequence_harmonic     !! see dynstep_sequences
+      integer :: levels = 4                       !! P, 1 .. 12; the order is 2 P
+      integer, allocatable :: custom(:)           !! numbers of sequence_custom
+      integer, allocatable, private :: numbers(:)       ! substeps of each level [levels]
+      real(wp), allocatable, private :: weights(:)      ! of the result [levels]
+      real(wp), allocatable, private :: weights_error(:)! of result - T(P, P-1) [levels]
+      real(wp), allocatable, private :: increments(:, :)! first column of the table, minus y0
+      real(wp), allocatable, private :: y0(:)           ! start of the last trial
+      type(level_type), allocatable, private :: level(:)
+      type(state_type), private :: work, other
+      type(acceleration_solver), private :: end_solver
+      type(step_counters), private :: own               ! work outside the levels
+      logical, private :: base_reads_a = .true.
+   contains
+      procedure :: properties => extrapolation_properties
+      procedure :: init => extrapolation_init
+      procedure :: reset => extrapolation_reset
+      procedure :: start => extrapolation_start
+      procedure :: try_step => extrapolation_try_step
+      procedure :: advance => extrapolation_advance
+      procedure :: estimate_error => extrapolation_estimate_error
+      procedure :: needs_acceleration => extrapolation_needs_acceleration
+      procedure :: get_tableau => extrapolation_get_tableau
+   end type extrapolation_stepper
+
+contains
+
+   function extrapolation_properties(self) result(facts)
+      class(extrapolation_stepper), intent(in) :: self
+      type(method_properties) :: facts
+      integer, allocatable :: numbers(:)
+      type(status_type) :: status
+
+      facts%source = 'Austin 1991, sections 4 and 6, eq. (19)'
+      facts%name = 'extrapolation'
+      if (allocated(self%base)) then
+         facts = self%base%properties()
+         facts%source = 'Austin 1991, sections 4 and 6, eq. (19)'
+         facts%name = trim(facts%name)//'-extrapolation'
+      end if
+      call substep_numbers(self%sequence, self%levels, self%custom, numbers, status)
+      if (status%failed()) return
+      facts%order = 2*self%levels
+      facts%acceleration_order = facts%order
+      facts%error_order = merge(2*self%levels - 2, 0, self%levels > 1)
+      facts%stages = sum(numbers)*facts%stages
+      facts%symmetric = .false.
+      if (self%levels > 1) facts%stability_limit = -1.0_wp
+   end function extrapolation_properties
+
+   recursive subroutine extrapolation_init(self, sys, status)
+      class(extrapolation_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(status_type), intent(inout) :: status
+      integer :: j, stat
+
+      call check_size(sys, status)
+      call check_base(self, status)
+      call substep_numbers(self%sequence, self%levels, self%custom, self%numbers, status)
+      if (status%failed()) return
+      self%weights = extrapolation_weights(self%numbers)
+      self%weights_error = self%weights
+      if (self%levels > 1) self%weights_error(2:) = self%weights(2:) - extrapolation_weights(self%numbers(2:))
+      if (allocated(self%level)) deallocate (self%level, self%increments, self%y0)
+      allocate (self%level(self%levels), self%increments(sys%state_size(), self%levels), &
+         & self%y0(sys%state_size()), stat=stat)
+      if (stat /= 0) then
+         call status%set(dynstep_no_memory, 'no memory for '//text(self%levels)//' levels of ' &
+            & //text(sys%state_size())//' numbers')
+         return
+      end if
+      self%increments = 0.0_wp
+      self%y0 = 0.0_wp
+      do j = 1, self%levels
+         allocate (self%level(j)%stepper, source=self%base)
+         call self%level(j)%stepper%init(sys, status)
+      end do
+      call allocate_state(sys, self%work, status)
+      call allocate_state(sys, self%other, status)
+      call self%end_solver%init(sys, status)
+      if (.not. status%failed()) self%base_reads_a = self%level(1)%stepper%needs_acceleration()
+   end subroutine extrapolation_init
+
+   !> The expansion in even powers, eq. (13), is that of a symmetric method
+   subroutine check_base(self, status)
+      class(extrapolation_stepper), intent(in) :: self
+      type(status_type), intent(inout) :: status
+      if (status%failed()) return
+      if (.not. allocated(self%base)) then
+         call status%set(dynstep_invalid_input, 'the extrapolation has no base method: allocate one before init')
+         return
+      end if
+      associate (facts => self%base%properties())
+         if (.not. facts%symmetric) call status%set(dynstep_invalid_input, 'the base of an extrapolation must be ' &
+            & //'symmetric, and this '//trim(facts%name)//' is not; Newmark''s method is with gamma = 1/2')
+      end associate
+   end subroutine check_base
+
+   pure subroutine extrapolation_reset(self)
+      class(extrapolation_stepper), intent(inout) :: self
+      integer :: j
+      call self%count%zero()
+      call self%own%zero()
+      call self%end_solver%forget()
+      if (.not. allocated(self%level)) return
+      do j = 1, size(self%level)
+         call self%level(j)%stepper%reset()
+      end do
+   end subroutine extrapolation_reset
+
+   recursive subroutine extrapolation_start(self, sys, state, status)
+      class(extrapolation_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(status_type), intent(inout) :: status
+      call check_start(sys, state, status)
+      if (status%failed()) return
+      call self%reset()
+      call self%end_solver%complete(sys, state, self%own, status)
+      call gather_counts(self)
+   end subroutine extrapolation_start
+
+   recursive subroutine extrapolation_try_step(self, sys, state, h, t1, trial, status)
+      class(extrapolation_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h, t1
+      type(state_type), intent(inout) :: trial
+      type(status_type), intent(inout) :: status
+      call base_step(self, sys, state, h, t1, .true., trial, status)
+      call gather_counts(self)
+   end subroutine extrapolation_try_step
+
+   !> As the stepper's own `advance`; the acceleration between two steps is left out where the
+   !> base does not read it
+   recursive subroutine extrapolation_advance(self, sys, state, clock, steps, status, complete)
+      class(extrapolation_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(clock_type), intent(inout) :: clock
+      integer, intent(in) :: steps
+      type(status_type), intent(inout) :: status
+      logical, intent(in) :: complete
+      integer :: i
+
+      if (status%failed()) return
+      do i = 1, steps
+         call base_step(self, sys, state, clock%h, clock%time(1), &
+            & self%base_reads_a .or. (complete .and. i == steps), self%other, status)
+         if (status%failed()) exit
+         call self%accept(state, self%other)
+         clock%k = clock%k + 1
+         self%own%steps = self%own%steps + 1
+      end do
+      call gather_counts(self)
+      if (status%failed() .and. i > 1 .and. complete) call complete_last(self, sys, state)
+   end subroutine extrapolation_advance
+
+   !> A failed run ends on a state whose acceleration may have been left out
+   recursive subroutine complete_last(self, sys, state)
+      class(extrapolation_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(status_type) :: own_status
+      if (.not. self%base_reads_a) call self%end_solver%complete(sys, state, self%own, own_status)
+   end subroutine complete_last
+
+   !> Steps [3] to [1d] of section 6
+   recursive subroutine base_step(self, sys, state, h, t1, complete, trial, status)
+      class(extrapolation_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h, t1
+      logical, intent(in) :: complete                !! trial%a is wanted
+      type(state_type), intent(inout) :: trial
+      type(status_type), intent(inout) :: status
+      type(clock_type) :: clock
+      integer :: j
+
+      if (status%failed()) return
+      do j = 1, self%levels
+         self%work%t = state%t
+         self%work%y = state%y
+         if (self%base_reads_a) self%work%a = state%a
+         clock = clock_type(t0=state%t, h=h/self%numbers(j), k=0)
+         call self%level(j)%stepper%advance(sys, self%work, clock, self%numbers(j), status, complete=.false.)
+         if (status%failed()) return
+         self%increments(:, j) = self%work%y - state%y
+      end do
+      self%y0 = state%y
+      call extrapolate(size(state%y), self%levels, self%weights, self%increments, state%y, trial%y)
+      trial%t = t1
+      if (complete) call self%end_solver%complete(sys, trial, self%own, status)
+   end subroutine base_step
+
+   !> y1 = y0 + T(P) + sum of w(j) (T(j) - T(P)): the weights add up to 1, and differences
+   !> of the columns are small where the table converges
+   pure subroutine extrapolate(n, levels, weights, increments, y0, y1)
+      integer, intent(in) :: n, levels
+      real(wp), intent(in) :: weights(levels), increments(n, levels), y0(n)
+      real(wp), intent(out) :: y1(n)
+      real(wp) :: correction
+      integer :: i, j
+      do i = 1, n
+         correction = 0.0_wp
+         do j = 1, levels - 1
+            correction = correction + weights(j)*(increments(i, j) - increments(i, levels))
+         end do
+         y1(i) = y0(i) + (increments(i, levels) + correction)
+      end do
+   end subroutine extrapolate
+
+   !> count = own work + work of the levels
+   pure subroutine gather_counts(self)
+      class(extrapolation_stepper), intent(inout) :: self
+      integer :: j
+      associate (c => self%count)
+         c%rejections = self%own%rejections
+         c%forces = self%own%forces
+         c%masses = self%own%masses
+         c%tangents = self%own%tangents
+         c%factorizations = self%own%factorizations
+         c%solves = self%own%solves
+         c%newton_iterations = self%own%newton_iterations
+         c%halvings = self%own%halvings
+         c%substeps = 0
+         do j = 1, size(self%level)
+            call c%add(self%level(j)%stepper%count)
+            c%substeps = c%substeps + self%level(j)%stepper%count%steps
+         end do
+      end associate
+   end subroutine gather_counts
+
+   !> T(P,P) - T(P,P-1), the error of the second best entry of the table
+   recursive subroutine extrapolation_estimate_error(self, error)
+      class(extrapolation_stepper), intent(in) :: self
+      real(wp), intent(out) :: error(:)      !! [state_size]
+      integer :: j
+      error = 0.0_wp
+      if (self%levels == 1) return
+      do j = 1, self%levels - 1
+         error = error + self%weights_error(j)*(self%increments(:, j) - self%increments(:, self%levels))
+      end do
+   end subroutine extrapolation_estimate_error
+
+   pure logical function extrapolation_needs_acceleration(self)
+      class(extrapolation_stepper), intent(in) :: self
+      extrapolation_needs_acceleration = self%base_reads_a
+   end function extrapolation_needs_acceleration
+
+   !> The table of the last step (Table [1] of the paper): table(:, j, k) is the state of row
+   !> j, column k <= j, of order 2k; entries above the diagonal are zero
+   subroutine extrapolation_get_tableau(self, table, numbers)
+      class(extrapolation_stepper), intent(in) :: self
+      real(wp), allocatable, intent(out) :: table(:, :, :)     !! [state_size, levels, levels]
+      integer, allocatable, intent(out) :: numbers(:)          !! substeps of the rows [levels]
+      real(wp) :: ratio
+      integer :: j, k
+
+      allocate (table(size(self%y0), self%levels, self%levels), source=0.0_wp)
+      numbers = self%numbers
+      table(:, :, 1) = self%increments
+      do k = 2, self%levels
+         do j = k, self%levels
+            ratio = (real(numbers(j), wp)/real(numbers(j - k + 1), wp))**2 - 1.0_wp
+            table(:, j, k) = table(:, j, k - 1) + (table(:, j, k - 1) - table(:, j - 1, k - 1))/ratio
+         end do
+      end do
+      do k = 1, self%levels
+         do j = k, self%levels
+            table(:, j, k) = self%y0 + table(:, j, k)
+         end do
+      end do
+   end subroutine extrapolation_get_tableau
+end module dynstep_extrapolation

@@ -1,0 +1,210 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Newmark's method (Austin 1991, eqs. (20)-(25)):
+!>
+!>   v1 = v0 + h [(1 - gamma) a0 + gamma a1]                                       (24)
+!>   q1 = q0 + h v0 + h^2/2 [(1 - 2 beta) a0 + 2 beta a1]                          (25)
+!>   M(t1,q1,v1) a1 = f(t1,q1,v1)                                                  (21)
+!>
+!> PROGRAMMING INTERFACE
+!>
+!>     type(newmark_stepper) :: stepper          ! beta = 1/4, gamma = 1/2: the trapezoid
+!>     stepper%beta = 1.0_wp/6.0_wp
+!>
+!>   gamma = 1/2 is of order 2 and symmetric for any beta (section 6.2).  Named members:
+!>   beta = 1/4 average acceleration, 1/6 linear acceleration, 1/12 Fox and Goodwin, 0 central
+!>   differences.  With beta = 0 and a velocity-free system the step is explicit: one force,
+!>   and one solve with M unless M is the identity.
+module dynstep_newmark
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_accelerations, only: acceleration_solver
+   use dynstep_equilibrium, only: equilibrium_solver, newton_options
+   use dynstep_kinds, only: wp
+   use dynstep_mechanical_system, only: mechanical_system
+   use dynstep_ode_system, only: ode_system
+   use dynstep_status, only: dynstep_invalid_input, status_type
+   use dynstep_start_check, only: check_mechanical, check_start
+   use dynstep_stepper, only: method_properties, state_type, stepper_type
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   public :: newton_options
+
+   integer, parameter :: way_newton = 0     ! implicit, general force
+   integer, parameter :: way_explicit = 1   ! beta = 0, no velocities in f and M
+
+   type, extends(stepper_type), public :: newmark_stepper
+      real(wp) :: beta = 0.25_wp               !! any value >= 0
+      real(wp) :: gamma = 0.5_wp               !! any value >= 0; 1/2: no numerical damping
+      type(newton_options) :: newton           !! limits and tolerance of Newton's iteration
+      integer, private :: way = way_newton
+      type(equilibrium_solver), private :: equilibrium
+      type(acceleration_solver), private :: start_solver
+   contains
+      procedure :: properties => newmark_properties
+      procedure :: init => newmark_init
+      procedure :: reset => newmark_reset
+      procedure :: start => newmark_start
+      procedure :: try_step => newmark_try_step
+   end type newmark_stepper
+
+   !> Stiffness ratio c_q |K|/M above which dv = 0, and then dq = 0, predict better than
+   !> a1 = a0.  The predictor a1 = a0 puts an error of epsilon (omega h)^2 into q, dv = 0 one of
+   !> epsilon omega h, dq = 0 none, but it makes v1 a difference of larger numbers at small
+   !> omega h, which drifts (see docs/theory/newmark-extrapolation.md).
+   real(wp), parameter :: predict_velocity_above = 2.0_wp
+   real(wp), parameter :: predict_position_above = 2.0e5_wp
+
+contains
+
+   function newmark_properties(self) result(facts)
+      class(newmark_stepper), intent(in) :: self
+      type(method_properties) :: facts
+      facts%name = 'newmark'
+      facts%source = 'Austin 1991, eqs. (20)-(25)'
+      facts%order = merge(1, 2, abs(self%gamma - 0.5_wp) > 0.0_wp)
+      facts%acceleration_order = facts%order
+      facts%stages = 1
+      facts%symmetric = facts%order == 2
+      facts%mechanical = .true.
+      facts%stability_limit = stability_limit(self%beta, self%gamma)
+   end function newmark_properties
+
+   !> Largest omega*h of an undamped oscillator with |eigenvalues| <= 1 (T. J. R. Hughes, The
+   !> Finite Element Method, 1987, section 9.1: unconditional for 2 beta >= gamma >= 1/2)
+   pure real(wp) function stability_limit(beta, gamma)
+      real(wp), intent(in) :: beta, gamma
+      if (gamma < 0.5_wp) then
+         stability_limit = 0.0_wp
+      else if (2.0_wp*beta >= gamma) then
+         stability_limit = huge(1.0_wp)
+      else
+         ! the eigenvalue -1 of the undamped map; at gamma = 1/2: 2/sqrt(1 - 4 beta)
+         stability_limit = sqrt(2.0_wp/(gamma - 2.0_wp*beta))
+      end if
+   end function stability_limit
+
+   recursive subroutine newmark_init(self, sys, status)
+      class(newmark_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(status_type), intent(inout) :: status
+
+      if (status%failed()) return
+      if (.not. (ieee_is_finite(self%beta) .and. ieee_is_finite(self%gamma) .and. &
+         & self%beta >= 0.0_wp .and. self%gamma >= 0.0_wp)) then
+         call status%set(dynstep_invalid_input, 'Newmark needs beta >= 0 and gamma >= 0, not ' &
+            & //text(self%beta)//' and '//text(self%gamma))
+         return
+      end if
+      call check_mechanical('Newmark', sys, status)
+      if (status%failed()) return
+      self%equilibrium%options = self%newton
+      select type (sys)
+      class is (mechanical_system)
+         call self%start_solver%init(sys, status)
+         self%way = way_newton
+         if (self%beta <= 0.0_wp .and. sys%structure%velocity_free) self%way = way_explicit
+         if (self%way == way_newton) call self%equilibrium%init(sys, status)
+      end select
+   end subroutine newmark_init
+
+   !> a0 from (20)
+   recursive subroutine newmark_start(self, sys, state, status)
+      class(newmark_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(status_type), intent(inout) :: status
+
+      call check_start(sys, state, status)
+      if (status%failed()) return
+      call self%reset()
+      select type (sys)
+      class is (mechanical_system)
+         call self%start_solver%solve(sys, state%t, state%y(1:sys%n), state%y(sys%n + 1:), state%a, &
+            & self%count, status)
+      end select
+   end subroutine newmark_start
+
+   pure subroutine newmark_reset(self)
+      class(newmark_stepper), intent(inout) :: self
+      call self%count%zero()
+      call self%start_solver%forget()
+      call self%equilibrium%forget()
+   end subroutine newmark_reset
+
+   recursive subroutine newmark_try_step(self, sys, state, h, t1, trial, status)
+      class(newmark_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h, t1
+      type(state_type), intent(inout) :: trial
+      type(status_type), intent(inout) :: status
+
+      if (status%failed()) return
+      trial%t = t1
+      select type (sys)
+      class is (mechanical_system)
+         associate (n => sys%n)
+            if (self%way == way_explicit) then
+               call explicit_step(self, sys, t1, h, state%y(1:n), state%y(n + 1:), state%a, &
+                  & trial%y(1:n), trial%y(n + 1:), trial%a, status)
+            else
+               call implicit_step(self, sys, state%t, t1, h, state%y(1:n), state%y(n + 1:), state%a, &
+                  & trial%y(1:n), trial%y(n + 1:), trial%a, status)
+            end if
+         end associate
+      end select
+   end subroutine newmark_try_step
+
+   !> beta = 0: q1 is known, a1 needs no velocity, v1 follows
+   recursive subroutine explicit_step(self, sys, t1, h, q0, v0, a0, q1, v1, a1, status)
+      class(newmark_stepper), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      real(wp), intent(in) :: t1, h
+      real(wp), intent(in) :: q0(sys%n), v0(sys%n), a0(sys%n)
+      real(wp), intent(out) :: q1(sys%n), v1(sys%n), a1(sys%n)
+      type(status_type), intent(inout) :: status
+      q1 = q0 + h*(v0 + (0.5_wp*h)*a0)
+      call self%start_solver%solve(sys, t1, q1, v0, a1, self%count, status)
+      v1 = v0 + h*((1.0_wp - self%gamma)*a0 + self%gamma*a1)
+   end subroutine explicit_step
+
+   !> (21), (24) and (25) by Newton's iteration for the increment of a1
+   recursive subroutine implicit_step(self, sys, t0, t1, h, q0, v0, a0, q1, v1, a1, status)
+      class(newmark_stepper), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      real(wp), intent(in) :: t0, t1, h
+      real(wp), intent(in) :: q0(sys%n), v0(sys%n), a0(sys%n)
+      real(wp), intent(out) :: q1(sys%n), v1(sys%n), a1(sys%n)
+      type(status_type), intent(inout) :: status
+      real(wp) :: c_q, c_v
+
+      c_q = self%beta*h**2
+      c_v = self%gamma*h
+      call self%equilibrium%prepare(sys, t0, c_q, c_v, q0, v0, a0, self%count, status)
+      if (status%failed()) return
+      call predict(self%beta, self%gamma, h, self%equilibrium%stiffness_ratio, q0, v0, a0, q1, v1, a1)
+      call self%equilibrium%solve(sys, t1, q1, v1, a1, self%count, status)
+   end subroutine implicit_step
+
+   !> A predictor that fulfils (24) and (25) with one of a1 = a0, v1 = v0, q1 = q0
+   pure subroutine predict(beta, gamma, h, stiffness_ratio, q0, v0, a0, q1, v1, a1)
+      real(wp), intent(in) :: beta, gamma, h, stiffness_ratio
+      real(wp), intent(in) :: q0(:), v0(:), a0(:)
+      real(wp), intent(out) :: q1(:), v1(:), a1(:)
+      if (stiffness_ratio > predict_position_above .and. beta > 0.0_wp) then
+         q1 = q0
+         v1 = (1.0_wp - gamma/beta)*v0 + (h*(1.0_wp - 0.5_wp*gamma/beta))*a0
+         a1 = (-1.0_wp/(beta*h))*v0 + (1.0_wp - 0.5_wp/beta)*a0
+      else if (stiffness_ratio > predict_velocity_above .and. gamma > 0.0_wp) then
+         a1 = ((gamma - 1.0_wp)/gamma)*a0
+         v1 = v0
+         q1 = q0 + h*(v0 + (h*(0.5_wp - beta/gamma))*a0)
+      else
+         a1 = a0
+         v1 = v0 + h*a0
+         q1 = q0 + h*(v0 + (0.5_wp*h)*a0)
+      end if
+   end subroutine predict
+
+end module dynstep_newmark

@@ -1,0 +1,73 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What every method asks of a system and of a start, with the sentences for what is wrong.
+module dynstep_start_check
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_kinds, only: wp
+   use dynstep_mechanical_system, only: mechanical_system
+   use dynstep_ode_system, only: ode_system
+   use dynstep_status, only: dynstep_invalid_input, status_type
+   use dynstep_stepper, only: state_type
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   public :: check_mechanical, check_size, check_start
+
+contains
+
+   !> The system has unknowns
+   subroutine check_size(sys, status)
+      class(ode_system), intent(in) :: sys
+      type(status_type), intent(inout) :: status
+      if (status%failed()) return
+      if (sys%n < 1) call status%set(dynstep_invalid_input, 'the system has n = '//text(sys%n) &
+         & //' unknowns; set n >= 1 before init')
+   end subroutine check_size
+
+   !> The system is one of mechanics
+   subroutine check_mechanical(method, sys, status)
+      character(len=*), intent(in) :: method     !! name, for the sentence
+      class(ode_system), intent(in) :: sys
+      type(status_type), intent(inout) :: status
+      call check_size(sys, status)
+      if (status%failed()) return
+      select type (sys)
+      class is (mechanical_system)
+         return
+      class default
+         call status%set(dynstep_invalid_input, method//' steps mechanical systems M q" = f; this system ' &
+            & //'is of first order: choose a method for those')
+      end select
+   end subroutine check_mechanical
+
+   !> Shapes and values of the start
+   subroutine check_start(sys, state, status)
+      class(ode_system), intent(in) :: sys
+      type(state_type), intent(inout) :: state
+      type(status_type), intent(inout) :: status
+      integer :: i
+      if (status%failed()) return
+      if (.not. allocated(state%y)) then
+         call status%set(dynstep_invalid_input, 'the start has no state vector: allocate_state, then set y = [q; v]')
+         return
+      end if
+      if (size(state%y) /= sys%state_size()) then
+         call status%set(dynstep_invalid_input, 'the start has '//text(size(state%y))//' numbers in y, the system ' &
+            & //text(sys%state_size()))
+         return
+      end if
+      if (.not. ieee_is_finite(state%t)) then
+         call status%set(dynstep_invalid_input, 'the start time is '//text(state%t))
+         return
+      end if
+      do i = 1, size(state%y)
+         if (ieee_is_finite(state%y(i))) cycle
+         call status%set(dynstep_invalid_input, 'the start has '//text(state%y(i))//' in component '//text(i) &
+            & //' of y = [q; v]')
+         return
+      end do
+      if (.not. allocated(state%a)) allocate (state%a(sys%n), source=0.0_wp)
+      if (.not. allocated(state%lambda)) allocate (state%lambda(0))
+      if (.not. allocated(state%psi)) allocate (state%psi(0))
+   end subroutine check_start
+end module dynstep_start_check

@@ -1,0 +1,335 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What every method offers to the drivers: facts about itself, a start, steps.
+!>
+!> PROGRAMMING INTERFACE
+!>
+!>   call stepper%init(sys, status)                    check coefficients, size the workspace
+!>   call stepper%start(sys, state, status)            make the state complete, forget history
+!>   call stepper%reset()                              forget history alone, zero the counters
+!>   call stepper%try_step(sys, state, h, t1, trial, status)   `state` is not touched
+!>   call stepper%accept(state, trial)                 the trial becomes the state
+!>   call stepper%advance(sys, state, clock, steps, status, complete)   many equal steps
+!>   call stepper%interpolate(left, right, t, point)   inside an accepted step
+!>   call stepper%estimate_error(error)                of the last trial, where there is one
+!>   stepper%properties(), stepper%count
+!>
+!>   A stepper owns its coefficients, workspace, history and counters, never a system: the
+!>   same system is passed to each call.  It can be copied by assignment (a checkpoint, a
+!>   second thread).  `init` allocates, steps do not.
+module dynstep_stepper
+   use dynstep_kinds, only: long, wp
+   use dynstep_mechanical_system, only: mechanical_system
+   use dynstep_ode_system, only: ode_system
+   use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, status_type
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   public :: advance_by_trials, allocate_state, hermite_point
+
+   !> A point of the trajectory
+   type, public :: state_type
+      real(wp) :: t = 0.0_wp
+      real(wp), allocatable :: y(:)       !! state [state_size]; [q; v] of a mechanical system
+      real(wp), allocatable :: a(:)       !! highest derivative that the equations give:
+                                          !! q'' [n] of a mechanical system, else y' [n]
+      real(wp), allocatable :: lambda(:)  !! multipliers of g = 0, [0] without constraints
+      real(wp), allocatable :: psi(:)     !! multipliers of k = 0, [0] without constraints
+   end type state_type
+
+   !> Time without accumulated rounding: t0 + k h
+   type, public :: clock_type
+      real(wp) :: t0 = 0.0_wp             !! origin
+      real(wp) :: h = 0.0_wp              !! step length, of either sign
+      integer(long) :: k = 0              !! steps made
+   contains
+      !> Time after k + ahead steps
+      procedure :: time => clock_time
+   end type clock_type
+
+   !> Work done since `start`
+   type, public :: step_counters
+      integer(long) :: steps = 0              !! accepted steps (base steps of an extrapolation)
+      integer(long) :: substeps = 0           !! steps of the base method of an extrapolation
+      integer(long) :: rejections = 0         !! trial steps that were thrown away
+      integer(long) :: forces = 0             !! evaluations of f, or of the load of a linear system
+      integer(long) :: masses = 0             !! evaluations of M
+      integer(long) :: tangents = 0           !! evaluations of K and C
+      integer(long) :: factorizations = 0
+      integer(long) :: solves = 0             !! right-hand sides solved for
+      integer(long) :: newton_iterations = 0
+      integer(long) :: halvings = 0           !! halved Newton corrections
+   contains
+      procedure :: add => counters_add
+      procedure :: zero => counters_zero
+   end type step_counters
+
+   !> Facts about a method, for drivers, tables in the documents, and tests of order
+   type, public :: method_properties
+      character(len=32) :: name = ''
+      character(len=64) :: source = ''        !! paper and equation
+      integer :: order = 0                    !! of q and v (of y)
+      integer :: acceleration_order = 0       !! of a
+      integer :: multiplier_order = 0         !! of lambda and psi; 0: takes no constraints
+      integer :: error_order = 0              !! of the embedded error estimate; 0: none
+      integer :: stages = 1                   !! implicit solves (or force evaluations) a step
+      logical :: symmetric = .false.          !! may be the base of an extrapolation
+      logical :: mechanical = .false.         !! needs a mechanical system
+      !> Largest omega*h at which an undamped oscillator does not grow: huge() if there is
+      !> none, 0 if it grows at every step, -1 if not known
+      real(wp) :: stability_limit = -1.0_wp
+   end type method_properties
+
+   type, abstract, public :: stepper_type
+      type(step_counters) :: count            !! work since `start`
+      type(state_type), private :: spare      ! second state of `advance`
+   contains
+      procedure(properties_interface), deferred :: properties
+      procedure(init_interface), deferred :: init
+      procedure(start_interface), deferred :: start
+      procedure :: reset => reset_counters
+      procedure(try_interface), deferred :: try_step
+      procedure :: accept => swap_states
+      procedure :: advance => advance_by_trials
+      procedure :: interpolate => interpolate_by_hermite
+      procedure :: estimate_error => no_error_estimate
+      procedure :: needs_acceleration => acceleration_is_needed
+   end type stepper_type
+
+   abstract interface
+      function properties_interface(self) result(facts)
+         import :: stepper_type, method_properties
+         class(stepper_type), intent(in) :: self
+         type(method_properties) :: facts
+      end function properties_interface
+
+      !> Check the coefficients and that the method can take this system; size the workspace
+      recursive subroutine init_interface(self, sys, status)
+         import :: stepper_type, ode_system, status_type
+         class(stepper_type), intent(inout) :: self
+         class(ode_system), intent(inout) :: sys
+         type(status_type), intent(inout) :: status
+      end subroutine init_interface
+
+      !> Check t and y of `state`, reset, and compute what belongs to them (a, lambda, psi)
+      recursive subroutine start_interface(self, sys, state, status)
+         import :: stepper_type, ode_system, state_type, status_type
+         class(stepper_type), intent(inout) :: self
+         class(ode_system), intent(inout) :: sys
+         type(state_type), intent(inout) :: state
+         type(status_type), intent(inout) :: status
+      end subroutine start_interface
+
+      !> One trial step of length h to the time t1 = state%t + h up to rounding
+      recursive subroutine try_interface(self, sys, state, h, t1, trial, status)
+         import :: stepper_type, ode_system, state_type, status_type, wp
+         class(stepper_type), intent(inout) :: self
+         class(ode_system), intent(inout) :: sys
+         type(state_type), intent(in) :: state
+         real(wp), intent(in) :: h                   !! of either sign
+         real(wp), intent(in) :: t1                  !! time that the trial is given
+         type(state_type), intent(inout) :: trial    !! its arrays are allocated
+         type(status_type), intent(inout) :: status
+      end subroutine try_interface
+   end interface
+
+contains
+
+   pure real(wp) function clock_time(self, ahead)
+      class(clock_type), intent(in) :: self
+      integer, intent(in), optional :: ahead
+      if (present(ahead)) then
+         clock_time = self%t0 + real(self%k + ahead, wp)*self%h
+      else
+         clock_time = self%t0 + real(self%k, wp)*self%h
+      end if
+   end function clock_time
+
+   !> self = self + other, but for `steps` and `substeps`, which mean other things one
+   !> level down
+   pure subroutine counters_add(self, other)
+      class(step_counters), intent(inout) :: self
+      class(step_counters), intent(in) :: other
+      self%rejections = self%rejections + other%rejections
+      self%forces = self%forces + other%forces
+      self%masses = self%masses + other%masses
+      self%tangents = self%tangents + other%tangents
+      self%factorizations = self%factorizations + other%factorizations
+      self%solves = self%solves + other%solves
+      self%newton_iterations = self%newton_iterations + other%newton_iterations
+      self%halvings = self%halvings + other%halvings
+   end subroutine counters_add
+
+   pure subroutine counters_zero(self)
+      class(step_counters), intent(inout) :: self
+      select type (self)
+      type is (step_counters)
+         self = step_counters()
+      end select
+   end subroutine counters_zero
+
+   !> Arrays of the lengths that belong to a system; no work where they fit already
+   subroutine allocate_state(sys, state, status)
+      class(ode_system), intent(in) :: sys
+      type(state_type), intent(inout) :: state
+      type(status_type), intent(inout) :: status
+      integer :: stat
+
+      if (status%failed()) return
+      if (sys%n < 1) then
+         call status%set(dynstep_invalid_input, 'the system has n = '//text(sys%n) &
+            & //' unknowns; set n >= 1 before init')
+         return
+      end if
+      if (allocated(state%y)) then
+         if (size(state%y) == sys%state_size() .and. size(state%a) == sys%n) return
+         deallocate (state%y, state%a, state%lambda, state%psi)
+      end if
+      allocate (state%y(sys%state_size()), state%a(sys%n), state%lambda(0), state%psi(0), stat=stat)
+      if (stat /= 0) then
+         call status%set(dynstep_no_memory, 'no memory for a state of '//text(sys%state_size())//' numbers')
+         return
+      end if
+      state%y = 0.0_wp
+      state%a = 0.0_wp
+   end subroutine allocate_state
+
+   !> The trial becomes the state and the state the trial: arrays are exchanged, not copied.
+   !> A multistep method overrides this to shift its history.
+   recursive subroutine swap_states(self, state, trial)
+      class(stepper_type), intent(inout) :: self
+      type(state_type), intent(inout) :: state, trial
+      real(wp) :: t
+      t = state%t
+      state%t = trial%t
+      trial%t = t
+      call swap(state%y, trial%y)
+      call swap(state%a, trial%a)
+      call swap(state%lambda, trial%lambda)
+      call swap(state%psi, trial%psi)
+      self%count%steps = self%count%steps + 1
+   end subroutine swap_states
+
+   pure subroutine swap(x, y)
+      real(wp), allocatable, intent(inout) :: x(:), y(:)
+      real(wp), allocatable :: z(:)
+      call move_alloc(x, z)
+      call move_alloc(y, x)
+      call move_alloc(z, y)
+   end subroutine swap
+
+   !> `steps` steps of length clock%h in place.  On failure `state` and `clock` are those of
+   !> the last step that was made.  Where complete = .false. the caller does not need
+   !> state%a; a method may then save the work.  Methods with a cheaper way override this.
+   recursive subroutine advance_by_trials(self, sys, state, clock, steps, status, complete)
+      class(stepper_type), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state       !! state%t = clock%time()
+      type(clock_type), intent(inout) :: clock
+      integer, intent(in) :: steps                   !! >= 0
+      type(status_type), intent(inout) :: status
+      logical, intent(in) :: complete                !! state%a is wanted after the last step
+      integer :: i
+
+      if (status%failed()) return
+      call allocate_state(sys, self%spare, status)
+      do i = 1, steps
+         call self%try_step(sys, state, clock%h, clock%time(1), self%spare, status)
+         if (status%failed()) return
+         call self%accept(state, self%spare)
+         clock%k = clock%k + 1
+      end do
+   end subroutine advance_by_trials
+
+   !> The point at time t between two accepted states of one step
+   recursive subroutine interpolate_by_hermite(self, sys, left, right, t, point)
+      class(stepper_type), intent(in) :: self
+      class(ode_system), intent(in) :: sys
+      type(state_type), intent(in) :: left, right    !! begin and end of the step
+      real(wp), intent(in) :: t                      !! between left%t and right%t
+      type(state_type), intent(inout) :: point       !! its arrays are allocated
+      call hermite_point(sys, left, right, t, point)
+   end subroutine interpolate_by_hermite
+
+   !> Hermite interpolation: of q, v, a at both ends (degree 5, error h^6 in q, h^5 in v, h^4
+   !> in a) for a mechanical system, of y, y' (degree 3, error h^4) for another
+   recursive subroutine hermite_point(sys, left, right, t, point)
+      class(ode_system), intent(in) :: sys
+      type(state_type), intent(in) :: left, right
+      real(wp), intent(in) :: t
+      type(state_type), intent(inout) :: point
+      real(wp) :: h, s
+
+      h = right%t - left%t
+      s = (t - left%t)/h
+      point%t = t
+      select type (sys)
+      class is (mechanical_system)
+         associate (n => sys%n)
+            call quintic(n, h, s, left%y(1:n), left%y(n + 1:), left%a, right%y(1:n), right%y(n + 1:), &
+               & right%a, point%y(1:n), point%y(n + 1:), point%a)
+         end associate
+      class default
+         call cubic(sys%n, h, s, left%y, left%a, right%y, right%a, point%y, point%a)
+      end select
+   end subroutine hermite_point
+
+   !> q(s) = q0 + s h v0 + s^2 h^2 a0/2 + s^3 [c0 + s c1 + s^2 c2] with c from the right end;
+   !> the differences d keep a motion that is nearly straight at full accuracy
+   pure subroutine quintic(n, h, s, q0, v0, a0, q1, v1, a1, q, v, a)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: h, s
+      real(wp), intent(in) :: q0(n), v0(n), a0(n), q1(n), v1(n), a1(n)
+      real(wp), intent(out) :: q(n), v(n), a(n)
+      real(wp) :: d0, d1, d2, c0, c1, c2
+      integer :: i
+      do i = 1, n
+         d0 = (q1(i) - q0(i)) - h*(v0(i) + 0.5_wp*h*a0(i))    ! what the parabola misses in q,
+         d1 = h*((v1(i) - v0(i)) - h*a0(i))                   ! in h v,
+         d2 = h**2*(a1(i) - a0(i))                            ! in h^2 a
+         c0 = 10.0_wp*d0 - 4.0_wp*d1 + 0.5_wp*d2
+         c1 = -15.0_wp*d0 + 7.0_wp*d1 - d2
+         c2 = 6.0_wp*d0 - 3.0_wp*d1 + 0.5_wp*d2
+         q(i) = q0(i) + s*(h*v0(i) + s*(0.5_wp*h**2*a0(i) + s*(c0 + s*(c1 + s*c2))))
+         v(i) = v0(i) + s*(h*a0(i) + s*(3.0_wp*c0 + s*(4.0_wp*c1 + s*5.0_wp*c2))/h)
+         a(i) = a0(i) + s*(6.0_wp*c0 + s*(12.0_wp*c1 + s*20.0_wp*c2))/h**2
+      end do
+   end subroutine quintic
+
+   pure subroutine cubic(n, h, s, y0, f0, y1, f1, y, f)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: h, s
+      real(wp), intent(in) :: y0(n), f0(n), y1(n), f1(n)
+      real(wp), intent(out) :: y(n), f(n)
+      real(wp) :: d0, d1, c0, c1
+      integer :: i
+      do i = 1, n
+         d0 = (y1(i) - y0(i)) - h*f0(i)
+         d1 = h*(f1(i) - f0(i))
+         c0 = 3.0_wp*d0 - d1
+         c1 = d1 - 2.0_wp*d0
+         y(i) = y0(i) + s*(h*f0(i) + s*(c0 + s*c1))
+         f(i) = f0(i) + s*(2.0_wp*c0 + s*3.0_wp*c1)/h
+      end do
+   end subroutine cubic
+
+   !> Forget the history and what is known of the system's matrices, zero the counters
+   pure subroutine reset_counters(self)
+      class(stepper_type), intent(inout) :: self
+      call self%count%zero()
+   end subroutine reset_counters
+
+   !> Estimate of the local error of the last trial, [state_size]; properties()%error_order
+   !> tells whether there is one, else it is zero
+   recursive subroutine no_error_estimate(self, error)
+      class(stepper_type), intent(in) :: self
+      real(wp), intent(out) :: error(:)
+      error = 0.0_wp
+   end subroutine no_error_estimate
+
+   !> True where a step reads state%a of its start
+   pure logical function acceleration_is_needed(self)
+      class(stepper_type), intent(in) :: self
+      acceleration_is_needed = .true.
+   end function acceleration_is_needed
+end module dynstep_stepper
