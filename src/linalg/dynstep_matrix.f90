@@ -170,24 +170,25 @@ contains
          s%a = s%a + alpha*self%a
          return
       end if
-      select case (self%kind)
-      case (kind_identity, kind_diagonal)
-         do i = 1, self%n
-            call s%set_entry(i, i, s%entry(i, i) + alpha*self%entry(i, i))
+      if (self%kind == kind_banded .and. s%kind == kind_banded) then
+         do j = 1, self%n
+            do i = max(1, j - min(self%ku, s%ku)), min(self%n, j + min(self%kl, s%kl))
+               s%a(s%ku + 1 + i - j, j) = s%a(s%ku + 1 + i - j, j) + alpha*self%a(self%ku + 1 + i - j, j)
+            end do
          end do
-      case (kind_banded)
+      else if (self%kind == kind_banded .and. s%kind == kind_dense) then
          do j = 1, self%n
             do i = max(1, j - self%ku), min(self%n, j + self%kl)
-               call s%set_entry(i, j, s%entry(i, j) + alpha*self%a(self%ku + 1 + i - j, j))
+               s%a(i, j) = s%a(i, j) + alpha*self%a(self%ku + 1 + i - j, j)
             end do
          end do
-      case (kind_dense)
+      else
          do j = 1, self%n
-            do i = 1, self%n
-               call s%set_entry(i, j, s%entry(i, j) + alpha*self%a(i, j))
+            do i = first_row(self, j), last_row(self, j)
+               call s%set_entry(i, j, s%entry(i, j) + alpha*self%entry(i, j))
             end do
          end do
-      end select
+      end if
    end subroutine matrix_add_to
 
    !> sums(i) = sum over j of |A(i,j)|
@@ -242,17 +243,18 @@ contains
       end select
    end subroutine matrix_first_not_finite
 
+   !> First and last row that column j may use (the diagonal where nothing else is stored)
    pure integer function first_row(self, j)
       class(matrix_type), intent(in) :: self
       integer, intent(in) :: j
-      first_row = 1
+      first_row = merge(1, j, self%kind == kind_dense)
       if (self%kind == kind_banded) first_row = max(1, j - self%ku)
    end function first_row
 
    pure integer function last_row(self, j)
       class(matrix_type), intent(in) :: self
       integer, intent(in) :: j
-      last_row = self%n
+      last_row = merge(self%n, j, self%kind == kind_dense)
       if (self%kind == kind_banded) last_row = min(self%n, j + self%kl)
    end function last_row
 

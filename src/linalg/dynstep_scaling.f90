@@ -1,13 +1,15 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Norm and natural scales of a matrix, against which a pivot is judged.
+!> Sums and natural scales of a matrix, against which a pivot is judged.
 !>
 !> Coordinates of a mechanical system have different units (metres, radians, modal
 !> amplitudes), so that the size of a pivot alone says nothing: diag(1e-20, 1) is as
 !> regular as a matrix can be.  A pivot is compared with what it started from:
 !>
 !>   symmetric positive definite   d(k) / A(k,k), the pivot of D A D with unit diagonal
-!>   all others                    |u(k,k)| r(i) c(k), the pivot of R A C whose largest
-!>                                 entry in each row and column is near 1
+!>   all others                    |u(k,k)| r(i) c(k), the pivot of R A C whose absolute
+!>                                 row and column sums are near 1
+!>
+!> Sums rather than largest entries, since a loop of sums runs in vector registers.
 module dynstep_scaling
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_kinds, only: wp
@@ -33,58 +35,115 @@ contains
       real(wp), intent(out) :: norm
       logical, intent(out) :: finite
       real(wp) :: column
-      integer :: i, j, first, last
+      integer :: j, first, last
 
       norm = 0.0_wp
       finite = .true.
       do j = 1, matrix%n
-         column = 0.0_wp
          call stored_rows(matrix, j, first, last)
-         do i = first, last
-            column = column + abs(matrix%a(i, j))
-         end do
+         column = absolute_sum(last - first + 1, matrix%a(first:last, j))
          finite = ieee_is_finite(column)
          if (.not. finite) return
          if (column > norm) norm = column
       end do
    end subroutine one_norm
 
-   !> Powers of two r, c that bring the largest entry of each row and column of R A C
-   !> near 1 (between 1/2 and 1 for the rows before c is applied), as LAPACK's DGEEQU
-   pure subroutine row_column_scales(matrix, r, c, zero_row, zero_column)
+   !> Powers of two r, c that bring the absolute row and column sums of R A C near 1.
+   !> Both are wanted for the judgement; `needed` tells whether they differ enough (16 times)
+   !> to choose other pivots.
+   pure subroutine row_column_scales(matrix, r, c, needed, empty)
       type(matrix_type), intent(in) :: matrix   !! banded or dense, finite
       real(wp), intent(out) :: r(matrix%n)      !! row scales
       real(wp), intent(out) :: c(matrix%n)      !! column scales
-      integer, intent(out) :: zero_row          !! first row of zeros, 0 if there is none
-      integer, intent(out) :: zero_column       !! first column of zeros, 0 if there is none
-      real(wp) :: largest
-      integer :: i, j, first, last, shift
+      logical, intent(out) :: needed            !! rows or columns differ in size
+      integer, intent(out) :: empty             !! i > 0: row i is zero, j < 0: column -j is zero
+      logical :: rows_differ
+      real(wp) :: column
+      integer :: i, j, n, first, last, shift
 
-      zero_row = 0
-      zero_column = 0
+      n = matrix%n
+      empty = 0
+      needed = .false.
       r = 0.0_wp
-      do j = 1, matrix%n
+      shift = 0
+      do j = 1, n
          call stored_rows(matrix, j, first, last)
-         shift = row_shift(matrix, j)
-         do i = first, last
-            r(i + shift) = max(r(i + shift), abs(matrix%a(i, j)))
-         end do
+         if (matrix%kind == kind_banded) shift = j - matrix%ku - 1
+         call add_absolute(last - first + 1, matrix%a(first:last, j), r(first + shift:last + shift))
       end do
-      do i = matrix%n, 1, -1
-         if (.not. r(i) > 0.0_wp) zero_row = i
-         r(i) = reciprocal_power(r(i))
+      do i = 1, n
+         if (r(i) > 0.0_wp) cycle
+         empty = i
+         return
       end do
-      do j = matrix%n, 1, -1
+      call to_scales(n, r, rows_differ)
+      do j = 1, n
          call stored_rows(matrix, j, first, last)
-         shift = row_shift(matrix, j)
-         largest = 0.0_wp
-         do i = first, last
-            largest = max(largest, r(i + shift)*abs(matrix%a(i, j)))
-         end do
-         if (.not. largest > 0.0_wp) zero_column = j
-         c(j) = reciprocal_power(largest)
+         if (rows_differ) then
+            if (matrix%kind == kind_banded) shift = j - matrix%ku - 1
+            column = 0.0_wp
+            do i = first, last
+               column = column + r(i + shift)*abs(matrix%a(i, j))
+            end do
+         else
+            column = r(1)*absolute_sum(last - first + 1, matrix%a(first:last, j))
+         end if
+         c(j) = column
+         if (column > 0.0_wp) cycle
+         empty = -j
+         return
       end do
+      call to_scales(n, c, needed)
+      needed = needed .or. rows_differ
    end subroutine row_column_scales
+
+   !> x = powers of two near 1/x; all the same where the x are within a factor of 16
+   pure subroutine to_scales(n, x, differ)
+      integer, intent(in) :: n
+      real(wp), intent(inout) :: x(n)     !! sums > 0 in, scales out
+      logical, intent(out) :: differ
+      real(wp) :: largest
+      integer :: i
+      largest = maxval(x)
+      differ = minval(x) < largest/16
+      if (differ) then
+         do i = 1, n
+            x(i) = reciprocal_power(x(i))
+         end do
+      else
+         x = reciprocal_power(largest)
+      end if
+   end subroutine to_scales
+
+   !> y = y + |x|
+   pure subroutine add_absolute(n, x, y)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: x(n)
+      real(wp), intent(inout) :: y(n)
+      y = y + abs(x)
+   end subroutine add_absolute
+
+   !> Sum of |x|, in four parts that do not wait for each other
+   pure real(wp) function absolute_sum(n, x)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: x(n)
+      real(wp) :: s1, s2, s3, s4
+      integer :: i
+      s1 = 0.0_wp
+      s2 = 0.0_wp
+      s3 = 0.0_wp
+      s4 = 0.0_wp
+      do i = 1, n - 3, 4
+         s1 = s1 + abs(x(i))
+         s2 = s2 + abs(x(i + 1))
+         s3 = s3 + abs(x(i + 2))
+         s4 = s4 + abs(x(i + 3))
+      end do
+      do i = n - modulo(n, 4) + 1, n
+         s1 = s1 + abs(x(i))
+      end do
+      absolute_sum = (s1 + s2) + (s3 + s4)
+   end function absolute_sum
 
    !> Power of two near 1/x, so that scaling rounds nothing; 1 for x = 0
    pure real(wp) function reciprocal_power(x)
@@ -105,12 +164,4 @@ contains
       first = matrix%ku + 1 + max(1, j - matrix%ku) - j
       last = matrix%ku + 1 + min(matrix%n, j + matrix%kl) - j
    end subroutine stored_rows
-
-   !> Row of the matrix minus row of the storage
-   pure integer function row_shift(matrix, j)
-      type(matrix_type), intent(in) :: matrix
-      integer, intent(in) :: j
-      row_shift = 0
-      if (matrix%kind == kind_banded) row_shift = j - matrix%ku - 1
-   end function row_shift
 end module dynstep_scaling
