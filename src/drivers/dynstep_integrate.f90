@@ -125,7 +125,7 @@ contains
       call allocate_state(sys, self%point, status)
    end subroutine integration_begin
 
-   subroutine check_control(control, t, t_end, status)
+   recursive subroutine check_control(control, t, t_end, status)
       type(control_type), intent(in) :: control
       real(wp), intent(in) :: t, t_end
       type(status_type), intent(inout) :: status
@@ -166,7 +166,7 @@ contains
 
    contains
 
-      subroutine refuse(why)
+      recursive subroutine refuse(why)
          character(len=*), intent(in) :: why
          call status%set(dynstep_invalid_input, &
             & 't_eval('//text(i)//') = '//text(control%t_eval(i))//' '//why)
@@ -267,7 +267,7 @@ contains
       if (self%finished()) state%t = self%t_end
    end subroutine make_steps
 
-   subroutine copy_point(from, to)
+   recursive subroutine copy_point(from, to)
       type(state_type), intent(in) :: from
       type(state_type), intent(inout) :: to
       to%t = from%t

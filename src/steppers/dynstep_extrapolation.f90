@@ -65,7 +65,7 @@ module dynstep_extrapolation
 
 contains
 
-   function extrapolation_properties(self) result(facts)
+   recursive function extrapolation_properties(self) result(facts)
       class(extrapolation_stepper), intent(in) :: self
       type(method_properties) :: facts
       integer, allocatable :: numbers(:)
@@ -122,7 +122,7 @@ contains
    end subroutine extrapolation_init
 
    !> The expansion in even powers, eq. (13), is that of a symmetric method
-   subroutine check_base(self, status)
+   recursive subroutine check_base(self, status)
       class(extrapolation_stepper), intent(in) :: self
       type(status_type), intent(inout) :: status
       if (status%failed()) return
@@ -290,7 +290,7 @@ contains
 
    !> The table of the last step (Table [1] of the paper): table(:, j, k) is the state of row
    !> j, column k <= j, of order 2k; entries above the diagonal are zero
-   subroutine extrapolation_get_tableau(self, table, numbers)
+   recursive subroutine extrapolation_get_tableau(self, table, numbers)
       class(extrapolation_stepper), intent(in) :: self
       real(wp), allocatable, intent(out) :: table(:, :, :)     !! [state_size, levels, levels]
       integer, allocatable, intent(out) :: numbers(:)          !! substeps of the rows [levels]

@@ -37,7 +37,7 @@ module dynstep_midpoint
 
 contains
 
-   function midpoint_properties(self) result(facts)
+   recursive function midpoint_properties(self) result(facts)
       class(midpoint_stepper), intent(in) :: self
       type(method_properties) :: facts
       facts%name = 'midpoint'

@@ -57,7 +57,7 @@ module dynstep_newmark
 
 contains
 
-   function newmark_properties(self) result(facts)
+   recursive function newmark_properties(self) result(facts)
       class(newmark_stepper), intent(in) :: self
       type(method_properties) :: facts
       facts%name = 'newmark'

@@ -22,7 +22,7 @@ module dynstep_sequences
 contains
 
    !> The first `levels` numbers of a sequence
-   subroutine substep_numbers(sequence, levels, custom, numbers, status)
+   recursive subroutine substep_numbers(sequence, levels, custom, numbers, status)
       integer, intent(in) :: sequence                   !! one of the constants above
       integer, intent(in) :: levels                     !! 1 .. most_levels
       integer, allocatable, intent(in) :: custom(:)     !! read for sequence_custom
@@ -57,7 +57,7 @@ contains
       end select
    end subroutine substep_numbers
 
-   subroutine take_custom(levels, custom, numbers, status)
+   recursive subroutine take_custom(levels, custom, numbers, status)
       integer, intent(in) :: levels
       integer, allocatable, intent(in) :: custom(:)
       integer, intent(out) :: numbers(levels)

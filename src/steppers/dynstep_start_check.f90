@@ -16,7 +16,7 @@ module dynstep_start_check
 contains
 
    !> The system has unknowns
-   subroutine check_size(sys, status)
+   recursive subroutine check_size(sys, status)
       class(ode_system), intent(in) :: sys
       type(status_type), intent(inout) :: status
       if (status%failed()) return
@@ -25,7 +25,7 @@ contains
    end subroutine check_size
 
    !> The system is one of mechanics
-   subroutine check_mechanical(method, sys, status)
+   recursive subroutine check_mechanical(method, sys, status)
       character(len=*), intent(in) :: method     !! name, for the sentence
       class(ode_system), intent(in) :: sys
       type(status_type), intent(inout) :: status
@@ -41,7 +41,7 @@ contains
    end subroutine check_mechanical
 
    !> Shapes and values of the start
-   subroutine check_start(sys, state, status)
+   recursive subroutine check_start(sys, state, status)
       class(ode_system), intent(in) :: sys
       type(state_type), intent(inout) :: state
       type(status_type), intent(inout) :: status

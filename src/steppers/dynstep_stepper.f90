@@ -97,7 +97,7 @@ module dynstep_stepper
    end type stepper_type
 
    abstract interface
-      function properties_interface(self) result(facts)
+      recursive function properties_interface(self) result(facts)
          import :: stepper_type, method_properties
          class(stepper_type), intent(in) :: self
          type(method_properties) :: facts
@@ -169,7 +169,7 @@ contains
    end subroutine counters_zero
 
    !> Arrays of the lengths that belong to a system; no work where they fit already
-   subroutine allocate_state(sys, state, status)
+   recursive subroutine allocate_state(sys, state, status)
       class(ode_system), intent(in) :: sys
       type(state_type), intent(inout) :: state
       type(status_type), intent(inout) :: status
