@@ -56,6 +56,7 @@ module dynstep_equilibrium
       procedure :: forget => equilibrium_forget
       procedure :: prepare => equilibrium_prepare
       procedure :: solve => equilibrium_solve
+      procedure :: scalar_inverse => equilibrium_scalar_inverse
    end type equilibrium_solver
 
 contains
@@ -122,6 +123,15 @@ contains
       self%c_v = c_v
       call make_matrix(self, sys, t, q, v, a, count, status)
    end subroutine equilibrium_prepare
+
+   !> 1/S of a system with one coordinate
+   pure real(wp) function equilibrium_scalar_inverse(self)
+      class(equilibrium_solver), intent(in) :: self
+      real(wp) :: x(1)
+      x = 1.0_wp
+      call self%factor%solve(x)
+      equilibrium_scalar_inverse = x(1)
+   end function equilibrium_scalar_inverse
 
    !> S at (t, q, v, a), factorized
    recursive subroutine make_matrix(self, sys, t, q, v, a, count, status)

@@ -22,7 +22,9 @@ module dynstep_midpoint
       type(newton_options) :: newton           !! limits and tolerance of Newton's iteration
       type(equilibrium_solver), private :: equilibrium
       type(acceleration_solver), private :: end_solver
-      real(wp), allocatable, private :: q(:), v(:), a(:)   ! at the midpoint
+      real(wp), allocatable, private :: q(:), v(:), a(:)   ! at the midpoint of the last step
+      real(wp), private :: t_end = 0.0_wp                  ! where that step ended
+      logical, private :: has_guess = .false.              ! a and t_end are of this run
    contains
       procedure :: properties => midpoint_properties
       procedure :: init => midpoint_init
@@ -70,6 +72,7 @@ contains
    pure subroutine midpoint_reset(self)
       class(midpoint_stepper), intent(inout) :: self
       call self%count%zero()
+      self%has_guess = .false.
       call self%equilibrium%forget()
       call self%end_solver%forget()
    end subroutine midpoint_reset
@@ -96,43 +99,43 @@ contains
       if (status%failed()) return
       trial%t = t1
       trial%y = state%y
-      trial%a = state%a
       select type (sys)
       class is (mechanical_system)
-         associate (n => sys%n)
-            call midpoint_step(self, sys, state%t, h, trial%y(1:n), trial%y(n + 1:), trial%a, status)
-         end associate
+         call midpoint_step(self, sys, state%t, h, t1, state%a, trial%y, status)
       end select
       call self%end_solver%complete(sys, trial, self%count, status)
    end subroutine midpoint_try_step
 
-   !> q, v: of the begin, then of the end.  a: a guess, then the acceleration at the midpoint.
-   !> On failure nothing is changed.
-   recursive subroutine midpoint_step(self, sys, t0, h, q, v, a, status)
+   !> One step of y = [q; v] in place; on failure nothing is changed.  The first guess of the
+   !> acceleration is that of the midpoint of the step before, else `a0`.
+   recursive subroutine midpoint_step(self, sys, t0, h, t1, a0, y, status)
       class(midpoint_stepper), intent(inout) :: self
       class(mechanical_system), intent(inout) :: sys
-      real(wp), intent(in) :: t0, h
-      real(wp), intent(inout) :: q(sys%n), v(sys%n), a(sys%n)
+      real(wp), intent(in) :: t0, h, t1
+      real(wp), intent(in) :: a0(sys%n)               !! acceleration at t0
+      real(wp), intent(inout) :: y(2*sys%n)
       type(status_type), intent(inout) :: status
       real(wp) :: half
 
+      if (status%failed()) return
       half = 0.5_wp*h
-      call self%equilibrium%prepare(sys, t0, half**2, half, q, v, a, self%count, status)
-      if (status%failed()) return
-      self%a = a
-      if (self%equilibrium%stiffness_ratio > predict_velocity_above) self%a = 0.0_wp
-      self%v = v + half*self%a
-      self%q = q + half*self%v
-      call self%equilibrium%solve(sys, t0 + half, self%q, self%v, self%a, self%count, status)
-      if (status%failed()) return
-      q = q + h*self%v
-      v = v + h*self%a
-      a = self%a
+      if (.not. self%has_guess .or. abs(self%t_end - t0) > 0.0_wp) self%a = a0
+      self%has_guess = .false.
+      associate (n => sys%n, q => self%q, v => self%v, a => self%a)
+         call self%equilibrium%prepare(sys, t0, half**2, half, y(1:n), y(n + 1:), a, self%count, status)
+         if (self%equilibrium%stiffness_ratio > predict_velocity_above) a = 0.0_wp
+         v = y(n + 1:) + half*a
+         q = y(1:n) + half*v
+         call self%equilibrium%solve(sys, t0 + half, q, v, a, self%count, status)
+         if (status%failed()) return
+         y(1:n) = y(1:n) + h*v
+         y(n + 1:) = y(n + 1:) + h*a
+      end associate
+      self%has_guess = .true.
+      self%t_end = t1
    end subroutine midpoint_step
 
-   !> Steps in place.  Inside a base step of an extrapolation (complete = .false.) the
-   !> acceleration at the end of a step is not computed, and that of the midpoint is the guess
-   !> for the next one.
+   !> Steps in place; only the last one needs the acceleration at its end
    recursive subroutine midpoint_advance(self, sys, state, clock, steps, status, complete)
       class(midpoint_stepper), intent(inout) :: self
       class(ode_system), intent(inout) :: sys
@@ -141,21 +144,22 @@ contains
       integer, intent(in) :: steps
       type(status_type), intent(inout) :: status
       logical, intent(in) :: complete
+      type(status_type) :: end_status
       integer :: i
 
       if (status%failed()) return
       select type (sys)
       class is (mechanical_system)
-         associate (n => sys%n)
-            do i = 1, steps
-               call midpoint_step(self, sys, state%t, clock%h, state%y(1:n), state%y(n + 1:), state%a, status)
-               if (status%failed()) return
-               clock%k = clock%k + 1
-               state%t = clock%time()
-               self%count%steps = self%count%steps + 1
-               if (complete) call self%end_solver%complete(sys, state, self%count, status)
-            end do
-         end associate
+         do i = 1, steps
+            call midpoint_step(self, sys, state%t, clock%h, clock%time(1), state%a, state%y, status)
+            if (status%failed()) exit
+            clock%k = clock%k + 1
+            state%t = clock%time()
+            self%count%steps = self%count%steps + 1
+         end do
+         if (.not. complete .or. i == 1) return
+         call self%end_solver%complete(sys, state, self%count, end_status)
+         if (.not. status%failed()) status = end_status
       end select
    end subroutine midpoint_advance
 end module dynstep_midpoint

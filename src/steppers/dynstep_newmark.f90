@@ -16,14 +16,15 @@
 !>   and one solve with M unless M is the identity.
 module dynstep_newmark
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use dynstep_accelerations, only: acceleration_solver
+   use dynstep_accelerations, only: acceleration_solver, check_callback, check_finite
    use dynstep_equilibrium, only: equilibrium_solver, newton_options
-   use dynstep_kinds, only: wp
+   use dynstep_kinds, only: long, wp
+   use dynstep_matrix, only: kind_identity
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_invalid_input, status_type
    use dynstep_start_check, only: check_mechanical, check_start
-   use dynstep_stepper, only: method_properties, state_type, stepper_type
+   use dynstep_stepper, only: advance_by_trials, clock_type, method_properties, state_type, stepper_type
    use dynstep_text, only: text
    implicit none
    private
@@ -32,6 +33,7 @@ module dynstep_newmark
 
    integer, parameter :: way_newton = 0     ! implicit, general force
    integer, parameter :: way_explicit = 1   ! beta = 0, no velocities in f and M
+   integer, parameter :: way_scalar = 2     ! as way_newton, for one linear equation with M = 1
 
    type, extends(stepper_type), public :: newmark_stepper
       real(wp) :: beta = 0.25_wp               !! any value >= 0
@@ -46,6 +48,7 @@ module dynstep_newmark
       procedure :: reset => newmark_reset
       procedure :: start => newmark_start
       procedure :: try_step => newmark_try_step
+      procedure :: advance => newmark_advance
    end type newmark_stepper
 
    !> Stiffness ratio c_q |K|/M above which dv = 0, and then dq = 0, predict better than
@@ -105,6 +108,10 @@ contains
          self%way = way_newton
          if (self%beta <= 0.0_wp .and. sys%structure%velocity_free) self%way = way_explicit
          if (self%way == way_newton) call self%equilibrium%init(sys, status)
+         associate (s => sys%structure)
+            if (self%way == way_newton .and. sys%n == 1 .and. s%force_is_linear .and. s%tangent_is_constant &
+               & .and. s%mass == kind_identity) self%way = way_scalar
+         end associate
       end select
    end subroutine newmark_init
 
@@ -189,7 +196,8 @@ contains
 
    !> A predictor that fulfils (24) and (25) with one of a1 = a0, v1 = v0, q1 = q0
    pure subroutine predict(beta, gamma, h, stiffness_ratio, q0, v0, a0, q1, v1, a1)
-      real(wp), intent(in) :: beta, gamma, h, stiffness_ratio
+      real(wp), intent(in) :: beta, gamma, h
+      real(wp), intent(in) :: stiffness_ratio       !! c_q |K|/M at its largest
       real(wp), intent(in) :: q0(:), v0(:), a0(:)
       real(wp), intent(out) :: q1(:), v1(:), a1(:)
       if (stiffness_ratio > predict_position_above .and. beta > 0.0_wp) then
@@ -207,4 +215,68 @@ contains
       end if
    end subroutine predict
 
+   recursive subroutine newmark_advance(self, sys, state, clock, steps, status, complete)
+      class(newmark_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(clock_type), intent(inout) :: clock
+      integer, intent(in) :: steps
+      type(status_type), intent(inout) :: status
+      logical, intent(in) :: complete
+      integer(long) :: k
+
+      if (status%failed()) return
+      if (self%way == way_scalar) then
+         select type (sys)
+         class is (mechanical_system)
+            k = clock%k
+            call scalar_steps(self, sys, state%y, state%a, clock, steps, status)
+            if (clock%k > k) state%t = clock%time()
+         end select
+      else
+         call advance_by_trials(self, sys, state, clock, steps, status, complete)
+      end if
+   end subroutine newmark_advance
+
+   !> The same operations as implicit_step with q, v, a in registers: one force and one
+   !> correction a step.  This is what a user's own oscillator is stepped with.
+   recursive subroutine scalar_steps(self, sys, y, a, clock, steps, status)
+      class(newmark_stepper), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      real(wp), intent(inout) :: y(2), a(1)
+      type(clock_type), intent(inout) :: clock
+      integer, intent(in) :: steps
+      type(status_type), intent(inout) :: status
+      real(wp), dimension(1) :: q, v, q1, v1, a1, f
+      real(wp) :: h, c_q, c_v, inverse, d
+      integer :: i, ierr
+
+      h = clock%h
+      c_q = self%beta*h**2
+      c_v = self%gamma*h
+      q = y(1)
+      v = y(2)
+      call self%equilibrium%prepare(sys, clock%time(), c_q, c_v, q, v, a, self%count, status)
+      if (status%failed()) return
+      inverse = self%equilibrium%scalar_inverse()
+      do i = 1, steps
+         call predict(self%beta, self%gamma, h, self%equilibrium%stiffness_ratio, q, v, a, q1, v1, a1)
+         call sys%force(clock%time(i), q1, v1, f, ierr)
+         if (ierr /= 0 .or. .not. abs(f(1)) <= huge(d)) exit
+         d = (f(1) - a1(1))*inverse
+         q = q1 + c_q*d
+         v = v1 + c_v*d
+         a = a1 + d
+      end do
+      y(1) = q(1)
+      y(2) = v(1)
+      clock%k = clock%k + (i - 1)
+      self%count%steps = self%count%steps + (i - 1)
+      self%count%forces = self%count%forces + min(i, steps)
+      self%count%solves = self%count%solves + (i - 1)
+      self%count%newton_iterations = self%count%newton_iterations + (i - 1)
+      if (i > steps) return
+      call check_callback('force', ierr, clock%time(1), status)
+      if (.not. status%failed()) call check_finite('force', f, clock%time(1), status)
+   end subroutine scalar_steps
 end module dynstep_newmark
