@@ -10,6 +10,7 @@ module dynstep
    use dynstep_matrix, only: banded_matrix, dense_matrix, diagonal_matrix, identity_matrix, kind_banded, &
       & kind_dense, kind_diagonal, kind_identity, kind_zero, matrix_type, zero_matrix
    use dynstep_mechanical_system, only: mechanical_system, structure_type
+   use dynstep_methods, only: method_names, new_method
    use dynstep_midpoint, only: midpoint_stepper
    use dynstep_newmark, only: newmark_stepper
    use dynstep_ode_system, only: ode_system

@@ -1,0 +1,93 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> All methods of the library by name; the one file that lists them.
+!>
+!>     call new_method('newmark-extrapolation', stepper, status)
+!>
+!> gives a stepper with its default coefficients, ready for `init`.  A new method is named here
+!> twice, in METHOD_NAMES and in NEW_METHOD; the table of the README runs over METHOD_NAMES.
+module dynstep_methods
+   use dynstep_extrapolation, only: extrapolation_stepper
+   use dynstep_kinds, only: wp
+   use dynstep_midpoint, only: midpoint_stepper
+   use dynstep_newmark, only: newmark_stepper
+   use dynstep_status, only: dynstep_invalid_input, status_type
+   use dynstep_stepper, only: stepper_type
+   implicit none
+   private
+
+   public :: new_method
+
+   integer, parameter :: name_length = 24
+
+   character(len=name_length), parameter, public :: method_names(*) = [character(len=name_length) :: &
+      & 'newmark', &
+      & 'linear-acceleration', &
+      & 'fox-goodwin', &
+      & 'central-difference', &
+      & 'midpoint', &
+      & 'newmark-extrapolation', &
+      & 'midpoint-extrapolation']
+
+contains
+
+   !> The method of a name, with default coefficients; not allocated where the call fails
+   recursive subroutine new_method(name, stepper, status)
+      character(len=*), intent(in) :: name                         !! one of method_names
+      class(stepper_type), allocatable, intent(out) :: stepper
+      type(status_type), intent(inout) :: status
+      class(stepper_type), allocatable :: base
+
+      if (status%failed()) return
+      select case (name)
+      case ('newmark')
+         call new_newmark(0.25_wp, stepper)
+      case ('linear-acceleration')
+         call new_newmark(1.0_wp/6.0_wp, stepper)
+      case ('fox-goodwin')
+         call new_newmark(1.0_wp/12.0_wp, stepper)
+      case ('central-difference')
+         call new_newmark(0.0_wp, stepper)
+      case ('midpoint')
+         allocate (midpoint_stepper :: stepper)
+      case ('newmark-extrapolation')
+         call new_newmark(0.25_wp, base)
+         call new_extrapolation(base, stepper)
+      case ('midpoint-extrapolation')
+         allocate (midpoint_stepper :: base)
+         call new_extrapolation(base, stepper)
+      case default
+         call status%set(dynstep_invalid_input, 'there is no method '''//trim(name)//'''; there are ' &
+            & //trim(all_names()))
+      end select
+   end subroutine new_method
+
+   !> Newmark's method with gamma = 1/2
+   recursive subroutine new_newmark(beta, stepper)
+      real(wp), intent(in) :: beta
+      class(stepper_type), allocatable, intent(out) :: stepper
+      type(newmark_stepper), allocatable :: newmark
+      allocate (newmark)
+      newmark%beta = beta
+      call move_alloc(newmark, stepper)
+   end subroutine new_newmark
+
+   !> Extrapolation with the default levels and sequence; `base` is used up
+   recursive subroutine new_extrapolation(base, stepper)
+      class(stepper_type), allocatable, intent(inout) :: base
+      class(stepper_type), allocatable, intent(out) :: stepper
+      type(extrapolation_stepper), allocatable :: extrapolation
+      allocate (extrapolation)
+      call move_alloc(base, extrapolation%base)
+      call move_alloc(extrapolation, stepper)
+   end subroutine new_extrapolation
+
+   !> The names with commas between them
+   pure function all_names() result(words)
+      character(len=(name_length + 2)*size(method_names)) :: words
+      integer :: i
+      words = method_names(1)
+      do i = 2, size(method_names)
+         words = trim(words)//', '//method_names(i)
+      end do
+   end function all_names
+end module dynstep_methods
