@@ -20,7 +20,9 @@ module dynstep_midpoint
 
    type, extends(stepper_type), public :: midpoint_stepper
       type(newton_options) :: newton           !! limits and tolerance of Newton's iteration
-      type(equilibrium_solver), private :: equilibrium
+      ! allocatable, since gfortran 12 loses the matrices inside a plain component when a
+      ! class(stepper_type) is deallocated
+      type(equilibrium_solver), allocatable, private :: equilibrium
       type(acceleration_solver), private :: end_solver
       real(wp), allocatable, private :: q(:), v(:), a(:)   ! at the midpoint of the last step
       real(wp), private :: t_end = 0.0_wp                  ! where that step ended
@@ -59,6 +61,7 @@ contains
 
       call check_mechanical('the midpoint rule', sys, status)
       if (status%failed()) return
+      if (.not. allocated(self%equilibrium)) allocate (self%equilibrium)
       self%equilibrium%options = self%newton
       select type (sys)
       class is (mechanical_system)
@@ -73,7 +76,7 @@ contains
       class(midpoint_stepper), intent(inout) :: self
       call self%count%zero()
       self%has_guess = .false.
-      call self%equilibrium%forget()
+      if (allocated(self%equilibrium)) call self%equilibrium%forget()
       call self%end_solver%forget()
    end subroutine midpoint_reset
 

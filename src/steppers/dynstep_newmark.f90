@@ -40,7 +40,9 @@ module dynstep_newmark
       real(wp) :: gamma = 0.5_wp               !! any value >= 0; 1/2: no numerical damping
       type(newton_options) :: newton           !! limits and tolerance of Newton's iteration
       integer, private :: way = way_newton
-      type(equilibrium_solver), private :: equilibrium
+      ! allocatable, since gfortran 12 loses the matrices inside a plain component when a
+      ! class(stepper_type) is deallocated
+      type(equilibrium_solver), allocatable, private :: equilibrium
       type(acceleration_solver), private :: start_solver
    contains
       procedure :: properties => newmark_properties
@@ -101,6 +103,7 @@ contains
       end if
       call check_mechanical('Newmark', sys, status)
       if (status%failed()) return
+      if (.not. allocated(self%equilibrium)) allocate (self%equilibrium)
       self%equilibrium%options = self%newton
       select type (sys)
       class is (mechanical_system)
@@ -136,7 +139,7 @@ contains
       class(newmark_stepper), intent(inout) :: self
       call self%count%zero()
       call self%start_solver%forget()
-      call self%equilibrium%forget()
+      if (allocated(self%equilibrium)) call self%equilibrium%forget()
    end subroutine newmark_reset
 
    recursive subroutine newmark_try_step(self, sys, state, h, t1, trial, status)
