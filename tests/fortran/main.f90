@@ -2,12 +2,14 @@
 !> All Fortran suites; tests/fortran/meson.build lists their names too.
 program tester
    use test_harness, only: collect_harness
+   use test_linear_newmark, only: collect_linear_newmark
    use test_methods, only: collect_methods
    use test_text, only: collect_text
    use testing, only: new_testsuite, run_tests
    implicit none
    call run_tests([ &
       & new_testsuite('harness', collect_harness), &
+      & new_testsuite('linear_newmark', collect_linear_newmark), &
       & new_testsuite('text', collect_text), &
       & new_testsuite('methods', collect_methods) &
       & ])

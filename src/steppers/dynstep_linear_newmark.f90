@@ -1,0 +1,574 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Newmark's method for M q'' + C q' + K q = p(t) with constant matrices (Austin 1991,
+!> section 2): one factorization for each step length, no iteration, no callback but LOAD.
+!>
+!> PROGRAMMING INTERFACE
+!>
+!>   type(linear_newmark) :: engine
+!>   call engine%init(sys, beta, gamma, status)             chooses structure and kernel, allocates
+!>   call engine%reset(sys)                                 reads the matrices again
+!>   call engine%start(sys, t, y, a, status, count)         a = M^-1 (p - C v - K q), eq. (20)
+!>   call engine%prepare(sys, h, t, status, count)          factorizes S where h is a new one
+!>   call engine%advance(sys, clock, y, a, steps, complete, status, count)
+!>   call engine%step(sys, t, h, t1, y, a, complete, status, count)     one step
+!>   engine%needs_acceleration()
+!>
+!>   y = [q; v].  ADVANCE makes `steps` steps of length clock%h in place and counts them in
+!>   clock%k; how a run is cut into calls does not change a bit.  On failure y, a, clock are those
+!>   of the last step that was made.  Where needs_acceleration() is false (beta = 1/4,
+!>   gamma = 1/2), a is computed from y at the end, if `complete` asks for it or a step fails;
+!>   else it is part of the state.  ADVANCE and STEP call PREPARE themselves.
+!>   COUNT gets forces (evaluations of the load), factorizations and solves, not steps.
+!>
+!>   The load is evaluated once at each new time, some steps ahead of the state for n <= 8,
+!>   and again at the begin of each call (an input that the caller changes between two calls
+!>   acts from there on).  The matrices are those that `init` or `reset` saw; `reset` allows
+!>   other entries, not another structure.
+module dynstep_linear_newmark
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_accelerations, only: check_callback
+   use dynstep_factorization, only: factorization_type
+   use dynstep_kinds, only: wp
+   use dynstep_linear_system, only: linear_system, load_none, load_samples
+   use dynstep_linear_tiny, only: linear_tiny, tiny_order
+   use dynstep_matrix, only: kind_banded, kind_dense, kind_diagonal, kind_identity, kind_zero, matrix_type
+   use dynstep_newmark_form, only: choose_form, form_increment, form_predicted, form_reflected, &
+      & form_two_solves, newmark_form
+   use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, dynstep_not_finite, &
+      & dynstep_singular_matrix, status_type
+   use dynstep_stepper, only: clock_type, step_counters
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   integer, parameter :: kernel_tiny = 1      ! n <= 8: many steps in a call
+   integer, parameter :: kernel_vector = 2    ! matrix_type and factorization_type
+
+   !> Steps for which loads are evaluated ahead, n <= 8: enough to hide the call of a kernel
+   integer, parameter :: block_length = 32
+
+   !> Halvings of the step in search of one that a growing mode allows
+   integer, parameter :: halvings = 40
+
+   type, public :: linear_newmark
+      private
+      integer :: n = 0
+      real(wp) :: beta = 0.25_wp, gamma = 0.5_wp
+      logical :: trapezoidal = .true.            ! beta = 1/4, gamma = 1/2
+      logical :: damped = .false.                ! there is a C
+      logical :: mass_is_plain = .true.          ! identity or diagonal
+      logical :: mass_is_ready = .false.         ! `mass` is factorized
+      logical :: same_as_mass = .false.          ! S = M for any h
+      integer :: kernel = kernel_vector
+      real(wp) :: softest = 0.0_wp, stiffest = 0.0_wp, damping_rate = 0.0_wp   ! bounds, see choose_form
+      real(wp) :: h = 0.0_wp                     ! step length that all is prepared for, 0: none
+      type(newmark_form) :: form
+      type(matrix_type) :: s                     ! M + gamma h C + beta h^2 K
+      type(factorization_type) :: factor, mass   ! of S, of M
+      type(linear_tiny) :: tiny
+      real(wp), allocatable :: p(:, :)           ! loads [n, 0:block]
+      real(wp), allocatable :: work(:, :)        ! [n, 3]
+   contains
+      procedure :: init => engine_init
+      procedure :: reset => engine_reset
+      procedure :: start => engine_start
+      procedure :: prepare => engine_prepare
+      procedure :: advance => engine_advance
+      procedure :: step => engine_step
+      procedure :: needs_acceleration => engine_needs_acceleration
+   end type linear_newmark
+
+contains
+
+   !> Choose structure of S and kernel; allocate
+   recursive subroutine engine_init(self, sys, beta, gamma, status)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(in) :: sys
+      real(wp), intent(in) :: beta, gamma           !! beta >= 0
+      type(status_type), intent(inout) :: status
+      integer :: n, stat
+
+      if (status%failed()) return
+      if (.not. (ieee_is_finite(beta) .and. ieee_is_finite(gamma))) then
+         call status%set(dynstep_invalid_input, 'beta and gamma must be finite')
+      else if (beta < 0.0_wp .or. gamma < 0.0_wp) then
+         call status%set(dynstep_invalid_input, 'beta = '//text(beta)//', gamma = '//text(gamma) &
+            & //': both must be >= 0')
+      else if (sys%n < 1 .or. sys%m%n /= sys%n) then
+         call status%set(dynstep_invalid_input, 'the linear system has no matrices yet; call set first')
+      end if
+      if (status%failed()) return
+      n = sys%n
+      self%n = n
+      self%beta = beta
+      self%gamma = gamma
+      self%trapezoidal = abs(beta - 0.25_wp) <= 0.0_wp .and. abs(gamma - 0.5_wp) <= 0.0_wp
+      self%damped = sys%c%kind /= kind_zero
+      self%mass_is_plain = sys%m%kind <= kind_diagonal
+      self%same_as_mass = .not. beta > 0.0_wp .and. .not. (self%damped .and. gamma > 0.0_wp)
+      if (.not. self%same_as_mass) call init_matrix(self, sys, status)
+      call self%mass%init(sys%m%kind, n, sys%m%kl, sys%m%ku, sys%m%symmetric, status)
+      if (status%failed()) return
+
+      self%kernel = kernel_vector
+      if (n <= tiny_order) self%kernel = kernel_tiny
+      if (allocated(self%p)) deallocate (self%p)
+      if (allocated(self%work)) deallocate (self%work)
+      if (self%kernel == kernel_tiny) then
+         allocate (self%p(n, 0:block_length), self%work(n, 0:0), stat=stat)
+      else
+         allocate (self%p(n, 0:1), self%work(n, 3), stat=stat)
+      end if
+      if (stat /= 0) then
+         call status%set(dynstep_no_memory, 'no memory to step '//text(n)//' coordinates')
+         return
+      end if
+      call self%reset(sys)
+   end subroutine engine_init
+
+   !> Read the entries of the matrices again; their structure is that of `init`
+   recursive subroutine engine_reset(self, sys)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(in) :: sys
+      self%h = 0.0_wp
+      self%mass_is_ready = .false.
+      call find_bounds(self, sys)
+      if (self%kernel == kernel_tiny) call self%tiny%init(sys)
+   end subroutine engine_reset
+
+   !> Kind and bandwidths of S
+   recursive subroutine init_matrix(self, sys, status)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(in) :: sys
+      type(status_type), intent(inout) :: status
+      integer :: kind, kl, ku
+      logical :: symmetric
+
+      kind = kind_diagonal
+      kl = 0
+      ku = 0
+      symmetric = .true.
+      call include_matrix(sys%m)
+      if (self%damped .and. self%gamma > 0.0_wp) call include_matrix(sys%c)
+      if (self%beta > 0.0_wp) call include_matrix(sys%k)
+      call self%s%init(kind, self%n, kl, ku, symmetric, status)
+      call self%factor%init(kind, self%n, kl, ku, symmetric, status)
+
+   contains
+
+      recursive subroutine include_matrix(a)
+         type(matrix_type), intent(in) :: a
+         kind = max(kind, a%kind)
+         if (a%kind == kind_banded) then
+            kl = max(kl, a%kl)
+            ku = max(ku, a%ku)
+         end if
+         symmetric = symmetric .and. a%symmetric
+      end subroutine include_matrix
+   end subroutine init_matrix
+
+   !> Gershgorin's bounds of the frequencies and damping rates of M^-1 K and M^-1 C; the lower
+   !> ones need a diagonal M
+   recursive subroutine find_bounds(self, sys)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(in) :: sys
+      real(wp) :: upper
+      call bounds(sys%m, sys%k, self%softest, upper)
+      self%softest = sqrt(self%softest)
+      self%stiffest = sqrt(upper)
+      call bounds(sys%m, sys%c, self%damping_rate, upper)
+   end subroutine find_bounds
+
+   pure subroutine bounds(m, a, lower, upper)
+      type(matrix_type), intent(in) :: m, a
+      real(wp), intent(out) :: lower, upper      !! bounds of |eigenvalues of M^-1 A|
+      real(wp) :: sums(m%n), diagonal
+      integer :: i
+
+      call a%absolute_row_sums(sums)
+      lower = huge(lower)
+      upper = 0.0_wp
+      do i = 1, m%n
+         diagonal = abs(m%entry(i, i))
+         if (diagonal > sums(i)*tiny(diagonal)) then
+            upper = max(upper, sums(i)/diagonal)
+            lower = min(lower, max(0.0_wp, 2.0_wp*a%entry(i, i) - sums(i))/diagonal)
+         else
+            upper = huge(upper)
+            lower = 0.0_wp
+         end if
+      end do
+      if (m%kind > kind_diagonal .and. m%n > 1) lower = 0.0_wp
+      if (.not. a%symmetric) lower = 0.0_wp
+   end subroutine bounds
+
+   !> True where a step reads the acceleration of its begin
+   pure logical function engine_needs_acceleration(self)
+      class(linear_newmark), intent(in) :: self
+      engine_needs_acceleration = .not. self%trapezoidal
+   end function engine_needs_acceleration
+
+   !> Acceleration of a start
+   recursive subroutine engine_start(self, sys, t, y, a, status, count)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(inout) :: sys
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(2*self%n)
+      real(wp), intent(out) :: a(self%n)
+      type(status_type), intent(inout) :: status
+      type(step_counters), intent(inout) :: count
+
+      a = 0.0_wp
+      if (status%failed()) return
+      call factorize_mass(self, sys, t, status, count)
+      call evaluate_load(sys, self%n, t, self%p(:, 0), status, count)
+      if (status%failed()) return
+      call accelerate(self, sys, self%p(:, 0), y, a, count)
+   end subroutine engine_start
+
+   recursive subroutine factorize_mass(self, sys, t, status, count)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(in) :: sys
+      real(wp), intent(in) :: t
+      type(status_type), intent(inout) :: status
+      type(step_counters), intent(inout) :: count
+
+      if (status%failed() .or. self%mass_is_ready) return
+      call self%mass%factorize(sys%m, status, t, 'mass matrix')
+      if (.not. self%mass_is_plain) count%factorizations = count%factorizations + 1
+      if (status%failed()) then
+         if (self%mass%singular_equation > 0) &
+            & call status%set(dynstep_singular_matrix, trim(status%message)//'; coordinate ' &
+            & //text(self%mass%singular_equation)//' has no mass; condense it or give it a mass')
+         return
+      end if
+      self%mass_is_ready = .true.
+   end subroutine factorize_mass
+
+   !> a = M^-1 (p - C v - K q), eq. (20); M has been factorized
+   recursive subroutine accelerate(self, sys, p, y, a, count)
+      class(linear_newmark), intent(in) :: self
+      class(linear_system), intent(in) :: sys
+      real(wp), intent(in) :: p(self%n)
+      real(wp), intent(in) :: y(2*self%n)
+      real(wp), intent(out) :: a(self%n)
+      type(step_counters), intent(inout) :: count
+      a = 0.0_wp
+      if (sys%load_kind /= load_none) a = p
+      call sys%c%multiply_add(-1.0_wp, y(self%n + 1:), a)
+      call sys%k%multiply_add(-1.0_wp, y, a)
+      call self%mass%solve(a)
+      if (.not. self%mass_is_plain) count%solves = count%solves + 1
+   end subroutine accelerate
+
+   !> p(t), checked; nothing where there is no load
+   recursive subroutine evaluate_load(sys, n, t, p, status, count)
+      class(linear_system), intent(inout) :: sys
+      integer, intent(in) :: n
+      real(wp), intent(in) :: t
+      real(wp), intent(inout) :: p(n)
+      type(status_type), intent(inout) :: status
+      type(step_counters), intent(inout) :: count
+      integer :: i, ierr
+
+      if (status%failed() .or. sys%load_kind == load_none) return
+      count%forces = count%forces + 1
+      if (sys%load_kind == load_samples) then
+         call sys%table%evaluate(t, p)
+      else
+         call sys%load(t, p, ierr)
+         call check_callback('load', ierr, t, status)
+         if (status%failed()) return
+      end if
+      if (count_bad(p) == 0) return
+      do i = 1, n - 1
+         if (.not. ieee_is_finite(p(i))) exit
+      end do
+      call status%set(dynstep_not_finite, 'load returned '//text(p(i))//' in component '//text(i) &
+         & //' at t = '//text(t)//'; a smaller step may keep it in its domain', retry=.true.)
+   end subroutine evaluate_load
+
+   pure integer function count_bad(p)
+      real(wp), intent(in), contiguous :: p(:)
+      integer :: i
+      count_bad = 0
+      do i = 1, size(p)
+         if (.not. ieee_is_finite(p(i))) count_bad = count_bad + 1
+      end do
+   end function count_bad
+
+   !> Factorize S = M + gamma h C + beta h^2 K where h is not the one in force
+   recursive subroutine engine_prepare(self, sys, h, t, status, count)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(in) :: sys
+      real(wp), intent(in) :: h                       !! /= 0, of either sign
+      real(wp), intent(in) :: t                       !! time, for the sentence
+      type(status_type), intent(inout) :: status
+      type(step_counters), intent(inout) :: count
+      logical :: growing
+
+      if (status%failed() .or. h == self%h .and. self%h /= 0.0_wp) return
+      if (.not. (ieee_is_finite(h) .and. abs(h) > 0.0_wp)) then
+         call status%set(dynstep_invalid_input, 'the step length h = '//text(h)//' must be finite and not 0')
+         return
+      end if
+      self%h = 0.0_wp
+      call choose_form(self%form, self%beta, self%gamma, h, self%trapezoidal, self%softest, self%stiffest, &
+         & self%damping_rate)
+      if (self%same_as_mass) then
+         call factorize_mass(self, sys, t, status, count)
+         if (status%failed()) return
+         if (self%kernel == kernel_tiny) call self%tiny%invert(sys%m, self%mass)
+      else
+         call factorize(self, sys, h, growing, status, count, t)
+         if (growing) call refuse_growing(self, sys, h, t, status, count)
+         if (status%failed()) then
+            status%retry = .true.
+            return
+         end if
+         if (self%kernel == kernel_tiny) call self%tiny%invert(self%s, self%factor)
+      end if
+      self%h = h
+   end subroutine engine_prepare
+
+   !> Form and factorize S; `growing` where it is indefinite while M is positive definite:
+   !> h lies beyond the pole of a growing mode, and the step would turn its sign
+   recursive subroutine factorize(self, sys, h, growing, status, count, t)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(in) :: sys
+      real(wp), intent(in) :: h
+      logical, intent(out) :: growing
+      type(status_type), intent(inout) :: status
+      type(step_counters), intent(inout) :: count
+      real(wp), intent(in) :: t
+      type(status_type) :: mass_status
+
+      growing = .false.
+      call self%s%set_zero()
+      call sys%m%add_to(1.0_wp, self%s)
+      if (self%damped) call sys%c%add_to(self%gamma*h, self%s)
+      if (self%beta > 0.0_wp) call sys%k%add_to(self%beta*h*h, self%s)
+      call self%factor%factorize(self%s, status, t, 'matrix M + gamma h C + beta h^2 K')
+      count%factorizations = count%factorizations + 1
+      if (self%factor%positive_definite .or. .not. self%s%symmetric) return
+      call factorize_mass(self, sys, t, mass_status, count)
+      growing = self%mass%positive_definite
+   end subroutine factorize
+
+   !> The sentence for a step that is too long, with one that is not
+   recursive subroutine refuse_growing(self, sys, h, t, status, count)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(in) :: sys
+      real(wp), intent(in) :: h, t
+      type(status_type), intent(inout) :: status
+      type(step_counters), intent(inout) :: count
+      type(status_type) :: trial_status
+      real(wp) :: shorter
+      logical :: growing
+      integer :: i
+
+      shorter = h
+      do i = 1, halvings
+         shorter = 0.5_wp*shorter
+         call trial_status%clear()
+         call factorize(self, sys, shorter, growing, trial_status, count, t)
+         if (.not. growing) exit
+      end do
+      call status%set(dynstep_singular_matrix, 'M + gamma h C + beta h^2 K is indefinite at t = '//text(t) &
+         & //', h = '//text(h)//': the step is too long for a growing mode (negative stiffness or damping), use |h| <= ' &
+         & //text(abs(shorter)), retry=.true.)
+   end subroutine refuse_growing
+
+   !> `steps` steps of length clock%h in place
+   recursive subroutine engine_advance(self, sys, clock, y, a, steps, complete, status, count)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(inout) :: sys
+      type(clock_type), intent(inout) :: clock
+      real(wp), intent(inout) :: y(2*self%n)
+      real(wp), intent(inout) :: a(self%n)
+      integer, intent(in) :: steps                    !! >= 0
+      logical, intent(in) :: complete                 !! a is wanted after the last step
+      type(status_type), intent(inout) :: status
+      type(step_counters), intent(inout) :: count
+      integer :: done, made, now
+
+      if (status%failed()) return
+      call self%prepare(sys, clock%h, clock%time(), status, count)
+      if (self%trapezoidal) then
+         if (complete) call factorize_mass(self, sys, clock%time(), status, count)
+         call evaluate_load(sys, self%n, clock%time(), self%p(:, 0), status, count)
+      end if
+      if (status%failed()) return
+      now = 0
+      done = 0
+      do while (done < steps .and. .not. status%failed())
+         call make_steps(self, sys, clock, steps - done, y(1:self%n), y(self%n + 1:), a, made, now, status, count)
+         clock%k = clock%k + made
+         done = done + made
+      end do
+      if (self%trapezoidal .and. self%mass_is_ready .and. (complete .or. status%failed())) &
+         & call accelerate(self, sys, self%p(:, now), y, a, count)
+   end subroutine engine_advance
+
+   !> Some steps, at most `most` and as many as there is room for loads
+   recursive subroutine make_steps(self, sys, clock, most, q, v, a, made, now, status, count)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(inout) :: sys
+      type(clock_type), intent(in) :: clock
+      integer, intent(in) :: most
+      real(wp), intent(inout) :: q(self%n), v(self%n), a(self%n)
+      integer, intent(out) :: made                    !! steps made
+      integer, intent(inout) :: now                   !! column of p for the present time
+      type(status_type), intent(inout) :: status
+      type(step_counters), intent(inout) :: count
+      logical :: loaded
+
+      loaded = sys%load_kind /= load_none
+      if (self%kernel == kernel_tiny) then
+         if (.not. loaded) then
+            made = most
+         else
+            do made = 1, min(most, block_length)
+               call evaluate_load(sys, self%n, clock%time(made), self%p(:, made), status, count)
+               if (status%failed()) exit
+            end do
+            made = made - 1
+         end if
+         call self%tiny%advance(self%form, made, loaded, self%p, q, v, a)
+         if (loaded) self%p(:, 0) = self%p(:, made)
+      else
+         made = 0
+         call evaluate_load(sys, self%n, clock%time(1), self%p(:, 1 - now), status, count)
+         if (status%failed()) return
+         made = 1
+         call vector_step(self, sys, loaded, self%p(:, now), self%p(:, 1 - now), q, v, a)
+         now = 1 - now
+      end if
+      call count_solves(self, made, count)
+   end subroutine make_steps
+
+   pure subroutine count_solves(self, steps, count)
+      class(linear_newmark), intent(in) :: self
+      integer, intent(in) :: steps
+      type(step_counters), intent(inout) :: count
+      if (self%same_as_mass .and. self%mass_is_plain) return
+      count%solves = count%solves + merge(2, 1, self%form%form == form_two_solves)*steps
+   end subroutine count_solves
+
+   !> One step of length h from t to t1, which is t + h up to rounding
+   recursive subroutine engine_step(self, sys, t, h, t1, y, a, complete, status, count)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(inout) :: sys
+      real(wp), intent(in) :: t, h, t1
+      real(wp), intent(inout) :: y(2*self%n)
+      real(wp), intent(inout) :: a(self%n)
+      logical, intent(in) :: complete                 !! a is wanted after the step
+      type(status_type), intent(inout) :: status
+      type(step_counters), intent(inout) :: count
+
+      if (status%failed()) return
+      call self%prepare(sys, h, t, status, count)
+      if (self%trapezoidal) then
+         if (complete) call factorize_mass(self, sys, t, status, count)
+         call evaluate_load(sys, self%n, t, self%p(:, 0), status, count)
+      end if
+      call evaluate_load(sys, self%n, t1, self%p(:, 1), status, count)
+      if (status%failed()) return
+      associate (loaded => sys%load_kind /= load_none)
+         if (self%kernel == kernel_tiny) then
+            call self%tiny%advance(self%form, 1, loaded, self%p, y(1:self%n), y(self%n + 1:), a)
+         else
+            call vector_step(self, sys, loaded, self%p(:, 0), self%p(:, 1), y(1:self%n), y(self%n + 1:), a)
+         end if
+      end associate
+      call count_solves(self, 1, count)
+      if (self%trapezoidal .and. complete) call accelerate(self, sys, self%p(:, 1), y, a, count)
+   end subroutine engine_step
+
+   !> One step by matrix_type and factorization_type
+   recursive subroutine vector_step(self, sys, loaded, p0, p1, q, v, a)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(in) :: sys
+      logical, intent(in) :: loaded
+      real(wp), intent(in) :: p0(self%n), p1(self%n)
+      real(wp), intent(inout) :: q(self%n), v(self%n), a(self%n)
+      real(wp) :: rate
+
+      associate (h => self%form%h, half => self%form%half, r => self%work(:, 1), x => self%work(:, 2), &
+         & w => self%work(:, 3), form => self%form)
+         select case (form%form)
+         case (form_increment)
+            x = q + half*v
+            call mean_load(r)
+            call sys%k%multiply_add(-1.0_wp, x, r)
+            if (self%damped) call sys%c%multiply_add(-1.0_wp, v, r)
+            r = h*r
+            call solve(self, r)
+            q = q + h*(v + 0.5_wp*r)
+            v = v + r
+         case (form_reflected)
+            rate = 2.0_wp/h
+            w = v + rate*q
+            call mean_load(r)
+            r = half*r
+            call sys%m%multiply_add(1.0_wp, w, r)
+            if (self%damped) call sys%c%multiply_add(1.0_wp, q, r)
+            r = h*r
+            call solve(self, r)
+            q = r - q
+            v = rate*q - w
+         case (form_two_solves)
+            call mean_load(r)
+            w = r
+            call sys%k%multiply_add(-1.0_wp, q, w)
+            w = half*w
+            call sys%m%multiply_add(1.0_wp, v, w)
+            call solve(self, w)
+            x = q + half*v
+            call sys%k%multiply_add(-1.0_wp, x, r)
+            if (self%damped) call sys%c%multiply_add(-1.0_wp, v, r)
+            r = h*r
+            call solve(self, r)
+            q = q + h*w
+            v = v + r
+         case (form_predicted)
+            r = 0.0_wp
+            if (loaded) r = p1
+            w = form%v_v*v + form%v_a*a
+            x = form%q_v*v + form%q_a*a
+            a = form%a_v*v + form%a_a*a
+            call sys%m%multiply_add(-1.0_wp, a, r)
+            q = q + x
+            v = v + w
+            if (self%damped) call sys%c%multiply_add(-1.0_wp, v, r)
+            call sys%k%multiply_add(-1.0_wp, q, r)
+            call solve(self, r)
+            q = q + form%stiffness*r
+            v = v + form%damping*r
+            a = a + r
+         end select
+      end associate
+
+   contains
+
+      recursive subroutine mean_load(r)
+         real(wp), intent(out) :: r(self%n)
+         if (loaded) then
+            r = 0.5_wp*(p0 + p1)
+         else
+            r = 0.0_wp
+         end if
+      end subroutine mean_load
+   end subroutine vector_step
+
+   !> x = S^-1 x
+   pure subroutine solve(self, x)
+      class(linear_newmark), intent(in) :: self
+      real(wp), intent(inout) :: x(self%n)
+      if (self%same_as_mass) then
+         call self%mass%solve(x)
+      else
+         call self%factor%solve(x)
+      end if
+   end subroutine solve
+end module dynstep_linear_newmark
