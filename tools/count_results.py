@@ -13,7 +13,7 @@ import pathlib
 import re
 import sys
 
-SUITES = ("fortran", "f77", "c", "papers", "python", "machine", "examples")
+SUITES = ("fortran", "f77", "c", "papers", "python", "machine", "docs", "examples")
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 COUNTED = re.compile(r"\b(\d+) (passed|failed|errors?|skipped)\b")
 
