@@ -13,12 +13,15 @@
 !>   gamma = 1/2 is of order 2 and symmetric for any beta (section 6.2).  Named members:
 !>   beta = 1/4 average acceleration, 1/6 linear acceleration, 1/12 Fox and Goodwin, 0 central
 !>   differences.  With beta = 0 and a velocity-free system the step is explicit: one force,
-!>   and one solve with M unless M is the identity.
+!>   and one solve with M unless M is the identity.  A linear_system is stepped by
+!>   DYNSTEP_LINEAR_NEWMARK: constant matrices, no force procedure, no iteration.
 module dynstep_newmark
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: acceleration_solver, check_callback, check_finite
    use dynstep_equilibrium, only: equilibrium_solver, newton_options
    use dynstep_kinds, only: long, wp
+   use dynstep_linear_newmark, only: linear_newmark
+   use dynstep_linear_system, only: linear_system
    use dynstep_matrix, only: kind_identity
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
@@ -34,16 +37,18 @@ module dynstep_newmark
    integer, parameter :: way_newton = 0     ! implicit, general force
    integer, parameter :: way_explicit = 1   ! beta = 0, no velocities in f and M
    integer, parameter :: way_scalar = 2     ! as way_newton, for one linear equation with M = 1
+   integer, parameter :: way_linear = 3     ! linear_system
 
    type, extends(stepper_type), public :: newmark_stepper
       real(wp) :: beta = 0.25_wp               !! any value >= 0
       real(wp) :: gamma = 0.5_wp               !! any value >= 0; 1/2: no numerical damping
       type(newton_options) :: newton           !! limits and tolerance of Newton's iteration
       integer, private :: way = way_newton
-      ! allocatable, since gfortran 12 loses the matrices inside a plain component when a
-      ! class(stepper_type) is deallocated
-      type(equilibrium_solver), allocatable, private :: equilibrium
-      type(acceleration_solver), private :: start_solver
+      ! allocatable: a system pays for one of them only, and gfortran 12 loses the matrices
+      ! inside a plain component when a class(stepper_type) is deallocated
+      type(linear_newmark), allocatable, private :: linear           ! way_linear
+      type(equilibrium_solver), allocatable, private :: equilibrium  ! way_newton, way_scalar
+      type(acceleration_solver), allocatable, private :: start_solver! all but way_linear
    contains
       procedure :: properties => newmark_properties
       procedure :: init => newmark_init
@@ -51,6 +56,7 @@ module dynstep_newmark
       procedure :: start => newmark_start
       procedure :: try_step => newmark_try_step
       procedure :: advance => newmark_advance
+      procedure :: needs_acceleration => newmark_needs_acceleration
    end type newmark_stepper
 
    !> Stiffness ratio c_q |K|/M above which dv = 0, and then dq = 0, predict better than
@@ -103,20 +109,38 @@ contains
       end if
       call check_mechanical('Newmark', sys, status)
       if (status%failed()) return
-      if (.not. allocated(self%equilibrium)) allocate (self%equilibrium)
-      self%equilibrium%options = self%newton
+      if (allocated(self%linear)) deallocate (self%linear)
+      if (allocated(self%equilibrium)) deallocate (self%equilibrium)
+      if (allocated(self%start_solver)) deallocate (self%start_solver)
       select type (sys)
+      class is (linear_system)
+         self%way = way_linear
+         allocate (self%linear)
+         call self%linear%init(sys, self%beta, self%gamma, status)
       class is (mechanical_system)
+         self%way = choose_way(self, sys)
+         allocate (self%start_solver)
          call self%start_solver%init(sys, status)
-         self%way = way_newton
-         if (self%beta <= 0.0_wp .and. sys%structure%velocity_free) self%way = way_explicit
-         if (self%way == way_newton) call self%equilibrium%init(sys, status)
-         associate (s => sys%structure)
-            if (self%way == way_newton .and. sys%n == 1 .and. s%force_is_linear .and. s%tangent_is_constant &
-               & .and. s%mass == kind_identity) self%way = way_scalar
-         end associate
+         if (self%way == way_explicit) return
+         allocate (self%equilibrium)
+         self%equilibrium%options = self%newton
+         call self%equilibrium%init(sys, status)
       end select
    end subroutine newmark_init
+
+   !> The least work that the declared structure allows
+   pure integer function choose_way(self, sys) result(way)
+      class(newmark_stepper), intent(in) :: self
+      class(mechanical_system), intent(in) :: sys
+      associate (s => sys%structure)
+         way = way_newton
+         if (self%beta <= 0.0_wp .and. s%velocity_free) then
+            way = way_explicit
+         else if (sys%n == 1 .and. s%force_is_linear .and. s%tangent_is_constant .and. s%mass == kind_identity) then
+            way = way_scalar
+         end if
+      end associate
+   end function choose_way
 
    !> a0 from (20)
    recursive subroutine newmark_start(self, sys, state, status)
@@ -129,6 +153,8 @@ contains
       if (status%failed()) return
       call self%reset()
       select type (sys)
+      class is (linear_system)
+         call self%linear%start(sys, state%t, state%y, state%a, status, self%count)
       class is (mechanical_system)
          call self%start_solver%solve(sys, state%t, state%y(1:sys%n), state%y(sys%n + 1:), state%a, &
             & self%count, status)
@@ -138,7 +164,7 @@ contains
    pure subroutine newmark_reset(self)
       class(newmark_stepper), intent(inout) :: self
       call self%count%zero()
-      call self%start_solver%forget()
+      if (allocated(self%start_solver)) call self%start_solver%forget()
       if (allocated(self%equilibrium)) call self%equilibrium%forget()
    end subroutine newmark_reset
 
@@ -153,6 +179,10 @@ contains
       if (status%failed()) return
       trial%t = t1
       select type (sys)
+      class is (linear_system)
+         trial%y = state%y
+         trial%a = state%a
+         call self%linear%step(sys, state%t, h, t1, trial%y, trial%a, .true., status, self%count)
       class is (mechanical_system)
          associate (n => sys%n)
             if (self%way == way_explicit) then
@@ -229,17 +259,27 @@ contains
       integer(long) :: k
 
       if (status%failed()) return
-      if (self%way == way_scalar) then
-         select type (sys)
-         class is (mechanical_system)
-            k = clock%k
-            call scalar_steps(self, sys, state%y, state%a, clock, steps, status)
-            if (clock%k > k) state%t = clock%time()
-         end select
-      else
-         call advance_by_trials(self, sys, state, clock, steps, status, complete)
-      end if
+      k = clock%k
+      select type (sys)
+      class is (linear_system)
+         call self%linear%advance(sys, clock, state%y, state%a, steps, complete, status, self%count)
+      class is (mechanical_system)
+         if (self%way /= way_scalar) then
+            call advance_by_trials(self, sys, state, clock, steps, status, complete)
+            return
+         end if
+         call scalar_steps(self, sys, state%y, state%a, clock, steps, status)
+      end select
+      self%count%steps = self%count%steps + (clock%k - k)
+      if (clock%k > k) state%t = clock%time()
    end subroutine newmark_advance
+
+   !> The trapezoid of a linear system needs no acceleration, all else does
+   pure logical function newmark_needs_acceleration(self)
+      class(newmark_stepper), intent(in) :: self
+      newmark_needs_acceleration = .true.
+      if (self%way == way_linear) newmark_needs_acceleration = self%linear%needs_acceleration()
+   end function newmark_needs_acceleration
 
    !> The same operations as implicit_step with q, v, a in registers: one force and one
    !> correction a step.  This is what a user's own oscillator is stepped with.
@@ -274,7 +314,6 @@ contains
       y(1) = q(1)
       y(2) = v(1)
       clock%k = clock%k + (i - 1)
-      self%count%steps = self%count%steps + (i - 1)
       self%count%forces = self%count%forces + min(i, steps)
       self%count%solves = self%count%solves + (i - 1)
       self%count%newton_iterations = self%count%newton_iterations + (i - 1)

@@ -8,7 +8,8 @@
 !>     call sys%set_table(table, status)        ! a load given by samples
 !>
 !>   A load given by a procedure: extend LINEAR_SYSTEM, override LOAD, and set
-!>   load_kind = load_procedure.  The library steps such a system without any callback but
+!>   load_kind = load_procedure.  LOAD is all that an extension may change: the steppers read
+!>   the matrices, not the force procedure.  The library steps such a system without any callback but
 !>   LOAD, and factorizes once for each distinct step length.
 module dynstep_linear_system
    use dynstep_kinds, only: wp
@@ -33,9 +34,9 @@ module dynstep_linear_system
       procedure :: set => linear_set
       procedure :: set_table => linear_set_table
       procedure :: load => linear_load
-      procedure :: force => linear_force
-      procedure :: mass => linear_mass
-      procedure :: tangent => linear_tangent
+      procedure, non_overridable :: force => linear_force
+      procedure, non_overridable :: mass => linear_mass
+      procedure, non_overridable :: tangent => linear_tangent
       procedure :: energy => linear_energy
    end type linear_system
 
