@@ -34,9 +34,9 @@ module dynstep_linear_system
       procedure :: set => linear_set
       procedure :: set_table => linear_set_table
       procedure :: load => linear_load
-      procedure, non_overridable :: force => linear_force
-      procedure, non_overridable :: mass => linear_mass
-      procedure, non_overridable :: tangent => linear_tangent
+      procedure :: force => linear_force
+      procedure :: mass => linear_mass
+      procedure :: tangent => linear_tangent
       procedure :: energy => linear_energy
    end type linear_system
 
