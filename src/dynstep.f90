@@ -3,6 +3,7 @@
 module dynstep
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
+   use dynstep_ground_motion, only: read_at2, standard_gravity
    use dynstep_integrate, only: control_type, integrate, integration_type, observer_type
    use dynstep_kinds, only: long, wp
    use dynstep_linear_system, only: linear_system, load_none, load_procedure, load_samples

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> All Fortran suites; tests/fortran/meson.build lists their names too.
 program tester
+   use test_ground_motion, only: collect_ground_motion
    use test_harness, only: collect_harness
    use test_linear_newmark, only: collect_linear_newmark
    use test_methods, only: collect_methods
@@ -11,6 +12,7 @@ program tester
       & new_testsuite('harness', collect_harness), &
       & new_testsuite('linear_newmark', collect_linear_newmark), &
       & new_testsuite('text', collect_text), &
-      & new_testsuite('methods', collect_methods) &
+      & new_testsuite('methods', collect_methods), &
+      & new_testsuite('ground_motion', collect_ground_motion) &
       & ])
 end program tester
