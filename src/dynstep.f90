@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> All public names of the library: `use dynstep`.
 module dynstep
+   use dynstep_bilinear_spring, only: bilinear_spring, law_literal, law_odd
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_ground_motion, only: read_at2, standard_gravity
@@ -15,8 +16,10 @@ module dynstep
    use dynstep_midpoint, only: midpoint_stepper
    use dynstep_newmark, only: newmark_stepper
    use dynstep_ode_system, only: ode_system
+   use dynstep_oscillator, only: free_oscillator, loaded_oscillator
    use dynstep_sequences, only: most_levels, sequence_bulirsch, sequence_custom, sequence_double_harmonic, &
       & sequence_harmonic, sequence_romberg
+   use dynstep_shear_building, only: shear_building
    use dynstep_status, only: dynstep_callback_failed, dynstep_event, dynstep_file_error, &
       & dynstep_in_use, dynstep_inconsistent_start, dynstep_invalid_handle, dynstep_invalid_input, &
       & dynstep_more, dynstep_no_memory, dynstep_not_converged, dynstep_not_finite, &
@@ -24,6 +27,7 @@ module dynstep
       & dynstep_too_many_steps, status_text, status_type
    use dynstep_stepper, only: allocate_state, clock_type, method_properties, state_type, step_counters, stepper_type
    use dynstep_trajectory, only: recorder_type, trajectory_type
+   use dynstep_two_body, only: two_body_system
    implicit none
    public
 end module dynstep

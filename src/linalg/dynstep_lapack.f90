@@ -8,7 +8,7 @@ module dynstep_lapack
    implicit none
    private
 
-   public :: dgbtrf, dgbtrs, dgetrf, dgetrs, dlacn2, dpbtrf, dpbtrs, dpotrf, dpotrs
+   public :: dgbtrf, dgbtrs, dgetrf, dgetrs, dlacn2, dpbtrf, dpbtrs, dpotrf, dpotrs, dsterf
 
    interface
       !> A = P L U, band storage with kl rows of fill room on top
@@ -88,6 +88,15 @@ module dynstep_lapack
          real(wp), intent(inout) :: b(ldb, *)     !! [n, nrhs]
          integer, intent(out) :: info
       end subroutine dpotrs
+
+      !> Eigenvalues of a symmetric tridiagonal matrix
+      pure subroutine dsterf(n, d, e, info)
+         import :: wp
+         integer, intent(in) :: n
+         real(wp), intent(inout) :: d(*)          !! diagonal, then eigenvalues, ascending [n]
+         real(wp), intent(inout) :: e(*)          !! off-diagonal [n-1], destroyed
+         integer, intent(out) :: info             !! > 0: so many did not converge
+      end subroutine dsterf
 
       !> Higham's estimate of the 1-norm of an operator, by reverse communication:
       !> kase = 1 asks for x = B x, kase = 2 for x = B^T x, kase = 0 says done

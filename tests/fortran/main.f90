@@ -5,6 +5,7 @@ program tester
    use test_harness, only: collect_harness
    use test_linear_newmark, only: collect_linear_newmark
    use test_methods, only: collect_methods
+   use test_models, only: collect_models
    use test_text, only: collect_text
    use testing, only: new_testsuite, run_tests
    implicit none
@@ -13,6 +14,7 @@ program tester
       & new_testsuite('linear_newmark', collect_linear_newmark), &
       & new_testsuite('text', collect_text), &
       & new_testsuite('methods', collect_methods), &
-      & new_testsuite('ground_motion', collect_ground_motion) &
+      & new_testsuite('ground_motion', collect_ground_motion), &
+      & new_testsuite('models', collect_models) &
       & ])
 end program tester
