@@ -1,0 +1,8 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The suites that run the library in quadruple precision.
+program quad_tester
+   use test_orders, only: collect_orders
+   use testing, only: new_testsuite, run_tests
+   implicit none
+   call run_tests([new_testsuite('orders', collect_orders)])
+end program quad_tester
