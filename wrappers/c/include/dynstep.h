@@ -1,0 +1,301 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* dynstep: time integrators for mechanical systems, M(t,q,v) q'' = f(t,q,v).  The C interface.
+ *
+ *   intptr_t s = dynstep_new(n);
+ *   dynstep_set_force(s, (intptr_t)force, (intptr_t)&data);
+ *   dynstep_set_extrapolation(s, 4, DYNSTEP_HARMONIC, 0, NULL);
+ *   dynstep_start(s, n, 0.0, q, v);
+ *   if (dynstep_integrate(s, 10.0, 0.01) < 0) { dynstep_message(s, sizeof text, text); puts(text); }
+ *   dynstep_get(s, n, &t, q, v, a);
+ *   dynstep_delete(&s);
+ *
+ * HANDLES.  A handle is one integrator: system, method, state, run, status.  Handles are independent
+ * of each other and may live on different threads; one handle belongs to one thread at a time.  A
+ * deleted or wild handle gives DYNSTEP_INVALID_HANDLE; that is a help in finding mistakes, not a
+ * guarantee.  A call on a handle from its own user function gives DYNSTEP_IN_USE and changes nothing.
+ *
+ * ORDER.  The set functions may come in any order.  What is set takes effect at dynstep_start; after
+ * a set function, dynstep_start must be called (again) before the next step or run.  A set function
+ * that is called again replaces what it set before; one that fails changes nothing.
+ *
+ * SYSTEMS.  Two kinds:
+ *   general   dynstep_set_force, with dynstep_set_mass or a constant mass by dynstep_set_matrix,
+ *             dynstep_set_tangent, dynstep_set_structure, dynstep_set_energy where they apply;
+ *   linear    M q'' + C q' + K q = p(t): no force, but dynstep_set_matrix, and dynstep_set_load
+ *             or dynstep_set_load_table (the one set last counts) where there is a load.
+ * What is not set: M is the identity, C, K and p are zero, tangents are taken by differences.
+ *
+ * FUNCTIONS AND CONTEXTS are passed as addresses, (intptr_t)function and (intptr_t)&data.  A function
+ * address of 0 takes the function away.  They must stay valid while the handle uses them.  User
+ * functions return 0 (fine), > 0 (outside the model's domain: a smaller step may help) or < 0 (give
+ * up); they must return, neither by longjmp nor by a C++ exception.  Their array arguments are theirs
+ * only during the call; a value that is not finite is reported as DYNSTEP_NOT_FINITE.
+ *
+ * ARRAYS that are passed in are copied.  Vectors have n entries.  Matrices are stored by columns, as
+ * in LAPACK:
+ *   DYNSTEP_ZERO, DYNSTEP_IDENTITY   nothing stored
+ *   DYNSTEP_DIAGONAL                 a[i]                              is A(i,i)
+ *   DYNSTEP_BANDED                   a[(ku + i - j) + j*(kl + ku + 1)] is A(i,j), -ku <= i-j <= kl
+ *   DYNSTEP_DENSE                    a[i + j*n]                        is A(i,j)      (i, j from 0)
+ * with 0 <= kl, ku < n read for DYNSTEP_BANDED only.  A symmetric matrix is stored whole.  Flags are 0
+ * or 1.
+ *
+ * CODES.  Functions return one of the codes below unless they say otherwise: 0 done, > 0 done with
+ * news, < 0 failed.  A failed run leaves the state at the last accepted step.  dynstep_message gives
+ * the sentence that belongs to the last code of a handle. */
+#ifndef DYNSTEP_H
+#define DYNSTEP_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum dynstep_code {
+    DYNSTEP_SUCCESS = 0,
+    DYNSTEP_STOPPED = 1,             /* an observer asked to stop */
+    DYNSTEP_MORE = 2,                /* allowance of steps or room for points used up: call again */
+    DYNSTEP_EVENT = 3,               /* a terminal event was met */
+    DYNSTEP_INVALID_INPUT = -1,      /* an argument is out of its range; the message names it */
+    DYNSTEP_CALLBACK_FAILED = -2,    /* a user function refused */
+    DYNSTEP_NOT_CONVERGED = -3,      /* Newton's iteration did not converge */
+    DYNSTEP_SINGULAR_MATRIX = -4,    /* a matrix is singular or indefinite */
+    DYNSTEP_STEP_TOO_SMALL = -5,     /* the step length reached its lower limit */
+    DYNSTEP_NO_MEMORY = -6,          /* an allocation failed */
+    DYNSTEP_INCONSISTENT_START = -7, /* the start does not fit the equations */
+    DYNSTEP_TOO_MANY_STEPS = -8,     /* a limit on steps was reached */
+    DYNSTEP_IN_USE = -9,             /* called from a user function of the same handle */
+    DYNSTEP_NOT_FINITE = -10,        /* a user function gave NaN or infinity */
+    DYNSTEP_FILE_ERROR = -11,        /* a file cannot be read or is not what it should be */
+    DYNSTEP_INVALID_HANDLE = -12     /* not a handle, or one that was deleted */
+};
+
+enum dynstep_kind {                  /* how a matrix is stored */
+    DYNSTEP_ZERO = -1, DYNSTEP_IDENTITY = 0, DYNSTEP_DIAGONAL = 1, DYNSTEP_BANDED = 2, DYNSTEP_DENSE = 3
+};
+
+enum dynstep_matrix {                /* which matrix of a linear system */
+    DYNSTEP_MASS = 1, DYNSTEP_DAMPING = 2, DYNSTEP_STIFFNESS = 3
+};
+
+enum dynstep_outside {               /* the load before the first and after the last sample */
+    DYNSTEP_OUTSIDE_ZERO = 0, DYNSTEP_OUTSIDE_HOLD = 1
+};
+
+enum dynstep_sequence {              /* sub-steps of the rows of an extrapolation table */
+    DYNSTEP_ROMBERG = 1,             /* 1, 2, 4, 8, 16, ... */
+    DYNSTEP_BULIRSCH = 2,            /* 1, 2, 3, 4, 6, 8, 12, ... */
+    DYNSTEP_HARMONIC = 3,            /* 1, 2, 3, 4, ... */
+    DYNSTEP_DOUBLE_HARMONIC = 4,     /* 2, 4, 6, 8, ... */
+    DYNSTEP_CUSTOM = 5               /* the caller's own numbers */
+};
+
+enum dynstep_count {                 /* places in the counters of dynstep_counts */
+    DYNSTEP_COUNT_STEPS = 0, DYNSTEP_COUNT_SUBSTEPS, DYNSTEP_COUNT_REJECTIONS, DYNSTEP_COUNT_FORCES,
+    DYNSTEP_COUNT_MASSES, DYNSTEP_COUNT_TANGENTS, DYNSTEP_COUNT_FACTORIZATIONS, DYNSTEP_COUNT_SOLVES,
+    DYNSTEP_COUNT_NEWTON_ITERATIONS, DYNSTEP_COUNT_HALVINGS,
+    DYNSTEP_COUNTS                   /* how many there are: 10 */
+};
+
+enum dynstep_fact {                  /* places in the integers of dynstep_properties */
+    DYNSTEP_FACT_ORDER = 0,          /* of q and v */
+    DYNSTEP_FACT_ACCELERATION_ORDER, /* of a */
+    DYNSTEP_FACT_MULTIPLIER_ORDER,   /* 0: takes no constraints */
+    DYNSTEP_FACT_ERROR_ORDER,        /* of the error estimate; 0: none */
+    DYNSTEP_FACT_STAGES,             /* implicit solves (or force evaluations) a step */
+    DYNSTEP_FACT_SYMMETRIC,          /* 1: may be the base of an extrapolation */
+    DYNSTEP_FACT_MECHANICAL,         /* 1: needs a mechanical system */
+    DYNSTEP_FACTS                    /* how many there are: 7 */
+};
+
+#define DYNSTEP_MAX_LEVELS 12        /* of an extrapolation */
+#define DYNSTEP_MESSAGE_LENGTH 321   /* room for any message, with its final zero */
+
+/* ---- User functions ---- */
+
+/* f(t,q,v), all forces on the right-hand side */
+typedef int dynstep_force(int n, double t, const double *q, const double *v, double *f, void *ctx);
+
+/* M(t,q,v) in the storage of the kind that was set, zero on entry */
+typedef int dynstep_mass(int n, double t, const double *q, const double *v, double *m, void *ctx);
+
+/* K = -d(f - M a)/dq and C = -d(f - M a)/dv at fixed a, in the storage of the kind that was set, zero
+ * on entry; c is NULL where the system is velocity-free */
+typedef int dynstep_tangent(int n, double t, const double *q, const double *v, const double *a, double *k,
+                            double *c, void *ctx);
+
+/* Energy of the system, conserved or not */
+typedef int dynstep_energy_function(int n, double t, const double *q, const double *v, double *energy,
+                                    void *ctx);
+
+/* p(t) of a linear system */
+typedef int dynstep_load(int n, double t, double *p, void *ctx);
+
+/* Sees each accepted step of a run; a result other than 0 ends the run with DYNSTEP_STOPPED */
+typedef int dynstep_observer(int n, double t, const double *q, const double *v, const double *a, void *ctx);
+
+/* ---- Handles ---- */
+
+/* Version of the library, 10000*major + 100*minor + patch */
+int dynstep_version(void);
+
+/* Integrator of a system of n >= 1 coordinates, by default with Newmark's method, beta = 1/4 and
+ * gamma = 1/2.  0 where n < 1 or the memory is used up. */
+intptr_t dynstep_new(int n);
+
+/* Free the integrator and set *handle to 0.  A handle of 0 is left alone. */
+int dynstep_delete(intptr_t *handle);
+
+/* Sentence that belongs to the last code of the handle, blank on success, cut to length - 1 characters
+ * and ended by zero.  DYNSTEP_MESSAGE_LENGTH is always enough.  Returns 0; for a bad handle, and for one
+ * in use, it returns that code and says so in the buffer. */
+int dynstep_message(intptr_t handle, int length, char *buffer);
+
+/* A few words for a code, cut and ended in the same way; any code is allowed */
+int dynstep_status_text(int code, int length, char *buffer);
+
+/* ---- The system: general ---- */
+
+int dynstep_set_force(intptr_t handle, intptr_t fun, intptr_t ctx);                     /* dynstep_force */
+
+/* Mass by a function: kind is DYNSTEP_DIAGONAL, _BANDED or _DENSE; constant = 1 where M depends on
+ * nothing.  fun = 0 goes back to the identity (the other arguments are then not read). */
+int dynstep_set_mass(intptr_t handle, intptr_t fun, intptr_t ctx, int kind, int kl, int ku, int symmetric,
+                     int constant);                                                      /* dynstep_mass */
+
+/* Tangents by a function, in the storage that dynstep_set_structure tells; fun = 0: by differences */
+int dynstep_set_tangent(intptr_t handle, intptr_t fun, intptr_t ctx);                 /* dynstep_tangent */
+
+/* What the library may assume of K and C, and of the force.  Without this call: dense, not
+ * symmetric, not constant, not linear, not velocity-free.
+ *   kind, kl, ku     DYNSTEP_DIAGONAL, _BANDED or _DENSE
+ *   symmetric        K and C are symmetric
+ *   constant         K and C depend on nothing
+ *   linear           f is linear in q and v, and M depends on t at most
+ *   velocity_free    f and M do not depend on v: there is no C
+ * What is declared is believed; dynstep_check compares it with what the functions do. */
+int dynstep_set_structure(intptr_t handle, int kind, int kl, int ku, int symmetric, int constant, int linear,
+                          int velocity_free);
+
+int dynstep_set_energy(intptr_t handle, intptr_t fun, intptr_t ctx);          /* dynstep_energy_function */
+
+/* ---- The system: linear ---- */
+
+/* Matrix `which` (enum dynstep_matrix).  DYNSTEP_ZERO and _IDENTITY read no array; M must not be zero.
+ * A mass matrix may also go with a force; it replaces a mass function, and the other way round. */
+int dynstep_set_matrix(intptr_t handle, int which, int kind, int kl, int ku, int symmetric, const double *a);
+
+int dynstep_set_load(intptr_t handle, intptr_t fun, intptr_t ctx);                       /* dynstep_load */
+
+/* Load by samples, p(t) = B s(t) with s linear between its samples.
+ *   signals      how many signals
+ *   ns           how many samples of each, >= 2
+ *   t0, dt       time of the first sample and interval > 0; read where times is NULL
+ *   times        [ns] increasing, or NULL
+ *   samples      signal j at sample i in samples[j + i*signals]
+ *   pattern      B: coordinate i of signal j in pattern[i + j*n]; NULL: the identity, signals = n
+ *   outside      enum dynstep_outside
+ * ns = 0 takes the table away (the other arguments are then not read). */
+int dynstep_set_load_table(intptr_t handle, int signals, int ns, double t0, double dt, const double *times,
+                           const double *samples, const double *pattern, int outside);
+
+/* ---- The method ---- */
+
+/* Newmark's method, alone or under an extrapolation (which wants gamma = 1/2); beta >= 0 */
+int dynstep_set_newmark(intptr_t handle, double beta, double gamma);
+
+/* The implicit midpoint rule, alone or under an extrapolation */
+int dynstep_set_midpoint(intptr_t handle);
+
+/* Extrapolation of order 2*levels over the method above.
+ *   levels             1..DYNSTEP_MAX_LEVELS; 0 takes the extrapolation away
+ *   sequence           enum dynstep_sequence
+ *   ncustom, custom    for DYNSTEP_CUSTOM: at least `levels` increasing numbers >= 1; else 0, NULL */
+int dynstep_set_extrapolation(intptr_t handle, int levels, int sequence, int ncustom, const int *custom);
+
+/* Newton's iteration: most iterations (>= 1, default 25), most halvings of a correction (>= 0, default
+ * 20), tolerance relative to the first residual (0, the default: to round-off) */
+int dynstep_set_newton(intptr_t handle, int limit, int halvings, double tolerance);
+
+/* Facts about the method that is set.  name and source (paper and equation) have room for `length`
+ * characters, integers for DYNSTEP_FACTS (enum dynstep_fact); stability_limit is the largest omega*h at
+ * which an undamped oscillator does not grow: HUGE_VAL if there is none, 0 if it grows at every step, -1
+ * if not known.  NULL: not wanted. */
+int dynstep_properties(intptr_t handle, int length, char *name, char *source, int *integers,
+                       double *stability_limit);
+
+/* ---- Start and steps ---- */
+
+/* Compare the functions and what is declared of them with differences, at t, q and v.  Returns
+ * DYNSTEP_INVALID_INPUT where something does not fit: the message is the first finding, and `report`
+ * (room for length characters, or NULL) takes all of them, a line each. */
+int dynstep_check(intptr_t handle, int n, double t, const double *q, const double *v, int length,
+                  char *report);
+
+/* Put system, method and state together, compute the accelerations, set the counters to zero */
+int dynstep_start(intptr_t handle, int n, double t, const double *q, const double *v);
+
+/* One step of length h, of either sign.  Steps of one length that follow each other end at t0 + k*h.
+ * The observer is not asked.  A run that was begun is over. */
+int dynstep_step(intptr_t handle, double h);
+
+/* Last accepted point; NULL: not wanted */
+int dynstep_get(intptr_t handle, int n, double *t, double *q, double *v, double *a);
+
+/* Energy of the last accepted point, of a system that has one: by dynstep_set_energy, or a linear one
+ * with symmetric M and K, (v'Mv + q'Kq)/2 */
+int dynstep_energy(intptr_t handle, double *energy);
+
+/* Work since dynstep_start: counts[DYNSTEP_COUNTS], enum dynstep_count */
+int dynstep_counts(intptr_t handle, long long *counts);
+
+/* Name of counter i, 0 <= i < DYNSTEP_COUNTS, such as "forces" */
+int dynstep_count_name(int i, int length, char *buffer);
+
+/* Extrapolation table of the last step: numbers[j] sub-steps in row j, and component i of [q; v] in row j,
+ * column k <= j in table[i + j*size + k*size*levels] (i < size = 2n; j, k < levels; all from 0) */
+int dynstep_tableau(intptr_t handle, int size, int levels, double *table, int *numbers);
+
+/* ---- Runs ---- */
+
+/* Observer of runs; fun = 0: none.  Needs no new start. */
+int dynstep_set_observer(intptr_t handle, intptr_t fun, intptr_t ctx);               /* dynstep_observer */
+
+/* A whole run to t_end in steps of h (the last one shorter if need be), nothing recorded */
+int dynstep_integrate(intptr_t handle, double t_end, double h);
+
+/* Begin a run to t_end in steps of h, of the sign of t_end - t, from the present point; make no step.
+ * What is recorded:
+ *   n_eval > 0    the points at the times t_eval[n_eval], in the order of the run, repeats allowed;
+ *                 inside a step they are interpolated from q, v, a at both ends.  `every` is not read.
+ *   n_eval = 0    (t_eval is not read) the start, each `every`-th step, and the last point reached;
+ *                 every = 0: the last point alone */
+int dynstep_begin(intptr_t handle, double t_end, double h, int every, int n_eval, const double *t_eval);
+
+/* Go on with the run that was begun, for at most max_steps >= 1 steps, until t_end, until the room is used
+ * up, or until something happens.
+ *   capacity        room for points in the arrays below
+ *   *count          points written by this call, 0..capacity
+ *   t_out           [capacity] times
+ *   q_out, v_out, a_out   point i in q_out[i*n] .. q_out[i*n + n-1]; NULL: not wanted
+ * Returns DYNSTEP_MORE where max_steps or the room is used up; call again to go on.  The points and their
+ * bits do not depend on how a run is cut into calls, and none is lost: one that finds no room comes with the
+ * next call, and so does any code but DYNSTEP_MORE.  After DYNSTEP_STOPPED a further call goes on, too.
+ * capacity = 0 records nothing; it must then be 0 in all calls of the run (count and arrays may be NULL). */
+int dynstep_proceed(intptr_t handle, int max_steps, int capacity, int *count, double *t_out, double *q_out,
+                    double *v_out, double *a_out);
+
+/* ---- Records ---- */
+
+/* Ground motion in a PEER .AT2 file: interval dt in seconds, values as the file has them.  *count is the
+ * number of values in the file; min(*count, capacity) of them are written.  Call it with capacity = 0
+ * and values = NULL to learn the count.  message (room for length characters, or NULL) says what was
+ * wrong. */
+int dynstep_read_at2(const char *path, int capacity, double *dt, int *count, double *values, int length,
+                     char *message);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
