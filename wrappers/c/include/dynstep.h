@@ -5,7 +5,7 @@
  *   dynstep_set_force(s, (intptr_t)force, (intptr_t)&data);
  *   dynstep_set_extrapolation(s, 4, DYNSTEP_HARMONIC, 0, NULL);
  *   dynstep_start(s, n, 0.0, q, v);
- *   if (dynstep_integrate(s, 10.0, 0.01) < 0) { dynstep_message(s, sizeof text, text); puts(text); }
+ *   if (dynstep_run(s, 10.0, 0.01) < 0) { dynstep_message(s, sizeof text, text); puts(text); }
  *   dynstep_get(s, n, &t, q, v, a);
  *   dynstep_delete(&s);
  *
@@ -85,7 +85,7 @@ enum dynstep_outside {               /* the load before the first and after the 
 
 enum dynstep_sequence {              /* sub-steps of the rows of an extrapolation table */
     DYNSTEP_ROMBERG = 1,             /* 1, 2, 4, 8, 16, ... */
-    DYNSTEP_BULIRSCH = 2,            /* 1, 2, 3, 4, 6, 8, 12, ... */
+    DYNSTEP_BULIRSCH = 2,            /* 1, 2, 4, 6, 8, 12, 16, 24, ... */
     DYNSTEP_HARMONIC = 3,            /* 1, 2, 3, 4, ... */
     DYNSTEP_DOUBLE_HARMONIC = 4,     /* 2, 4, 6, 8, ... */
     DYNSTEP_CUSTOM = 5               /* the caller's own numbers */
@@ -211,11 +211,12 @@ int dynstep_set_midpoint(intptr_t handle);
 /* Extrapolation of order 2*levels over the method above.
  *   levels             1..DYNSTEP_MAX_LEVELS; 0 takes the extrapolation away
  *   sequence           enum dynstep_sequence
- *   ncustom, custom    for DYNSTEP_CUSTOM: at least `levels` increasing numbers >= 1; else 0, NULL */
+ *   ncustom, custom    for DYNSTEP_CUSTOM: at least `levels` increasing numbers, 1..30000; else 0, NULL */
 int dynstep_set_extrapolation(intptr_t handle, int levels, int sequence, int ncustom, const int *custom);
 
-/* Newton's iteration: most iterations (>= 1, default 25), most halvings of a correction (>= 0, default
- * 20), tolerance relative to the first residual (0, the default: to round-off) */
+/* Newton's iteration: most corrections per step (>= 1, default 25), most halvings of one (>= 0, default
+ * 20), tolerance of the correction of q and v relative to their largest component (0, the default: to
+ * round-off, which extrapolation wants) */
 int dynstep_set_newton(intptr_t handle, int limit, int halvings, double tolerance);
 
 /* Facts about the method that is set.  name and source (paper and equation) have room for `length`
@@ -263,7 +264,7 @@ int dynstep_tableau(intptr_t handle, int size, int levels, double *table, int *n
 int dynstep_set_observer(intptr_t handle, intptr_t fun, intptr_t ctx);               /* dynstep_observer */
 
 /* A whole run to t_end in steps of h (the last one shorter if need be), nothing recorded */
-int dynstep_integrate(intptr_t handle, double t_end, double h);
+int dynstep_run(intptr_t handle, double t_end, double h);
 
 /* Begin a run to t_end in steps of h, of the sign of t_end - t, from the present point; make no step.
  * What is recorded:
