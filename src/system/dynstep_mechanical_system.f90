@@ -41,6 +41,7 @@ module dynstep_mechanical_system
    end type structure_type
 
    type :: workspace_type
+      type(structure_type) :: made_for
       type(matrix_type) :: m
       type(factorization_type) :: m_factor
       real(wp), allocatable :: vectors(:, :)     ! [n, 3]
@@ -149,19 +150,27 @@ contains
       end associate
    end subroutine residual
 
+   !> No work where the workspace fits n and the structure of M, which a user may have changed
    recursive subroutine prepare_workspace(self, status)
       class(mechanical_system), intent(inout) :: self
       type(status_type), intent(inout) :: status
       associate (w => self%dynstep_workspace, s => self%structure)
          if (allocated(w%vectors)) then
-            if (size(w%vectors, 1) == self%n) return
+            if (size(w%vectors, 1) == self%n .and. same_mass(w%made_for, s)) return
             deallocate (w%vectors)
          end if
+         w%made_for = s
          allocate (w%vectors(self%n, 3))
          call w%m%init(s%mass, self%n, s%mass_kl, s%mass_ku, s%mass_is_symmetric, status)
          call w%m_factor%init(s%mass, self%n, s%mass_kl, s%mass_ku, s%mass_is_symmetric, status)
       end associate
    end subroutine prepare_workspace
+
+   pure logical function same_mass(x, y)
+      type(structure_type), intent(in) :: x, y
+      same_mass = x%mass == y%mass .and. x%mass_kl == y%mass_kl .and. x%mass_ku == y%mass_ku .and. &
+         & (x%mass_is_symmetric .eqv. y%mass_is_symmetric)
+   end function same_mass
 
    !> Energy, conserved or not; a system that has one sets structure%has_energy
    recursive subroutine no_energy(self, t, q, v, energy, ierr)
