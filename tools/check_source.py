@@ -5,6 +5,7 @@
   silence    the library never prints and never stops
   floors     no file uses a module of a later floor
   modules    one module per file, of the file's name
+  labels     no C function has the name of a module (both are global: gfortran calls the one for the other)
   recursive  whatever lies between an entry and a callback is recursive
   length     a file of more than 400 lines wants a reason (told, not failed)
 
@@ -59,6 +60,12 @@ def modules(path, text, _):
         yield f"{path}: expected one module, {name}; found {', '.join(found) or 'none'}"
 
 
+def labels(path, text, home):
+    for number, _, name, _, suffix in procedures(text):
+        if re.search(r"\bbind\s*\(\s*c\b", suffix) and name in home:
+            yield f"{path}:{number}: {name} is also the name of a module"
+
+
 def recursive(path, text, _):
     if not path.startswith(BETWEEN_ENTRY_AND_CALLBACK):
         return
@@ -67,7 +74,7 @@ def recursive(path, text, _):
             yield f"{path}:{number}: {name} is neither recursive, pure nor elemental"
 
 
-RULES = (silence, floors, modules, recursive)
+RULES = (silence, floors, modules, labels, recursive)
 
 
 def complaints(files):

@@ -62,6 +62,9 @@ PLANTED = {
         ("src/core/dynstep_a.f90", "module dynstep_other\nend module"),
         ("src/core/dynstep_a.f90", "module dynstep_a\nend module\nmodule dynstep_c\nend module"),
         ("wrappers/f77/dsnewm.f90", "recursive subroutine dsother(n)\nend")],
+    "labels": [
+        ("wrappers/c/dynstep_c.f90", "module dynstep_c\ncontains\n"
+         "recursive function dynstep_a(n) result(code) bind(c)\nend function\nend module")],
     "recursive": [
         ("src/steppers/dynstep_b.f90", "module dynstep_b\ncontains\nsubroutine step()\nend subroutine\nend module"),
         ("src/steppers/dynstep_b.f90",
