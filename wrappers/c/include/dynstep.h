@@ -141,7 +141,7 @@ typedef int dynstep_observer(int n, double t, const double *q, const double *v, 
 int dynstep_version(void);
 
 /* Integrator of a system of n >= 1 coordinates, by default with Newmark's method, beta = 1/4 and
- * gamma = 1/2.  0 where n < 1 or the memory is used up. */
+ * gamma = 1/2.  0 where n < 1, where the memory is used up, or where addresses have more than 48 bits. */
 intptr_t dynstep_new(int n);
 
 /* Free the integrator and set *handle to 0.  A handle of 0 is left alone. */
@@ -172,7 +172,8 @@ int dynstep_set_tangent(intptr_t handle, intptr_t fun, intptr_t ctx);           
  *   kind, kl, ku     DYNSTEP_DIAGONAL, _BANDED or _DENSE
  *   symmetric        K and C are symmetric
  *   constant         K and C depend on nothing
- *   linear           f is linear in q and v, and M depends on t at most
+ *   linear           f is linear in q and v, and M depends on t at most: one Newton correction is exact
+ *                    (believed where a tangent function is given; differences are too rough for that)
  *   velocity_free    f and M do not depend on v: there is no C
  * What is declared is believed; dynstep_check compares it with what the functions do. */
 int dynstep_set_structure(intptr_t handle, int kind, int kl, int ku, int symmetric, int constant, int linear,

@@ -1,0 +1,117 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Points of a run, written straight into the caller's arrays.
+!>
+!> A call of `proceed` has room for so many points.  `allowance` tells how many steps may be
+!> made so that they fit.  Where many times t_eval lie inside one step they may not: the rest
+!> waits, and `deliver` brings it with the next call, so that no point is lost.
+module dynstep_c_points
+   use dynstep_integrate, only: control_type
+   use dynstep_kinds, only: long, wp
+   use dynstep_status, only: status_type
+   use dynstep_stepper, only: state_type
+   use dynstep_trajectory, only: recorder_type, trajectory_type
+   implicit none
+   private
+
+   type, extends(recorder_type), public :: point_buffer
+      integer :: n = 0                                      !! coordinates
+      integer :: capacity = 0                               !! points for which there is room
+      integer :: count = 0                                  !! points written since `deliver`
+      integer(long) :: total = 0                            !! points recorded since `clear`
+      real(wp), pointer, contiguous :: t(:) => null()       !! [capacity], or null: not wanted
+      real(wp), pointer, contiguous :: q(:, :) => null()    !! [n, capacity], or null
+      real(wp), pointer, contiguous :: v(:, :) => null()
+      real(wp), pointer, contiguous :: a(:, :) => null()
+      type(trajectory_type), private :: waiting             ! points that found no room
+      integer, private :: delivered = 0                     ! how many of them have been handed over
+   contains
+      procedure :: record => buffer_record
+      procedure :: clear => buffer_clear
+      procedure :: deliver => buffer_deliver
+      procedure :: allowance => buffer_allowance
+      procedure :: holds_back => buffer_holds_back
+   end type point_buffer
+
+contains
+
+   recursive subroutine buffer_record(self, state, status)
+      class(point_buffer), intent(inout) :: self
+      type(state_type), intent(in) :: state
+      type(status_type), intent(inout) :: status
+      if (status%failed()) return
+      self%total = self%total + 1
+      if (self%count < self%capacity) then
+         call write_point(self, state%t, state%y, state%a)
+      else
+         call self%waiting%record(state, status)
+      end if
+   end subroutine buffer_record
+
+   recursive subroutine write_point(self, t, y, a)
+      class(point_buffer), intent(inout) :: self
+      real(wp), intent(in) :: t, y(:), a(:)
+      self%count = self%count + 1
+      if (associated(self%t)) self%t(self%count) = t
+      if (associated(self%q)) self%q(:, self%count) = y(:self%n)
+      if (associated(self%v)) self%v(:, self%count) = y(self%n + 1:)
+      if (associated(self%a)) self%a(:, self%count) = a
+   end subroutine write_point
+
+   !> Forget what waits; a new run begins
+   recursive subroutine buffer_clear(self)
+      class(point_buffer), intent(inout) :: self
+      self%total = 0
+      self%waiting%count = 0
+      self%delivered = 0
+   end subroutine buffer_clear
+
+   !> Points that wait, as many as there is room for
+   recursive subroutine buffer_deliver(self)
+      class(point_buffer), intent(inout) :: self
+      self%count = 0
+      associate (w => self%waiting)
+         do while (self%delivered < w%count .and. self%count < self%capacity)
+            self%delivered = self%delivered + 1
+            call write_point(self, w%t(self%delivered), w%y(:, self%delivered), w%a(:, self%delivered))
+         end do
+         if (self%delivered < w%count) return
+         w%count = 0
+         self%delivered = 0
+      end associate
+   end subroutine buffer_deliver
+
+   !> True where points wait
+   pure logical function buffer_holds_back(self)
+      class(point_buffer), intent(in) :: self
+      buffer_holds_back = self%waiting%count > 0
+   end function buffer_holds_back
+
+   !> Steps of which the points fit into the room that is left: no point waits but those of
+   !> one step that holds more of them than there is room for.  The end of a run, planned or
+   !> not, records one point more, and it does so before the last of the points counted on
+   !> here.
+   pure integer function buffer_allowance(self, control, t, steps_made)
+      class(point_buffer), intent(in) :: self
+      type(control_type), intent(in) :: control
+      real(wp), intent(in) :: t                       !! present time
+      integer(long), intent(in) :: steps_made         !! since the run was begun
+      integer(long) :: room, steps, first_without
+      real(wp) :: ahead
+
+      buffer_allowance = 0
+      room = self%capacity - self%count
+      if (room < 1) return
+      steps = huge(buffer_allowance)
+      if (allocated(control%t_eval)) then
+         first_without = self%total + room + 1
+         if (first_without <= size(control%t_eval)) then
+            ahead = (control%t_eval(first_without) - t)/control%h
+            steps = max(1_long, int(min(ahead, real(steps, wp)), long))
+         end if
+      else if (control%every > 0) then
+         if (self%total == 0) room = room - 1         ! the start
+         steps = room*control%every - mod(steps_made, int(control%every, long))
+      end if
+      buffer_allowance = int(max(0_long, min(steps, int(huge(buffer_allowance), long))))
+   end function buffer_allowance
+end module dynstep_c_points

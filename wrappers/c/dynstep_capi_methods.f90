@@ -1,0 +1,172 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Flat C interface: the method of a handle.  `dynstep.h` describes each function.
+module dynstep_capi_methods
+   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_ptr
+   use dynstep_c_assembly, only: build_method
+   use dynstep_c_handle, only: base_midpoint, base_newmark, change, integrator_type, reach
+   use dynstep_c_text, only: put_text
+   use dynstep_equilibrium, only: newton_options
+   use dynstep_extrapolation, only: extrapolation_stepper
+   use dynstep_kinds, only: wp
+   use dynstep_sequences, only: sequence_custom, substep_numbers
+   use dynstep_status, only: dynstep_invalid_input, dynstep_success
+   use dynstep_stepper, only: method_properties, stepper_type
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   public :: dynstep_set_newmark, dynstep_set_midpoint, dynstep_set_extrapolation, dynstep_set_newton
+   public :: dynstep_properties, dynstep_tableau
+
+   !> DYNSTEP_FACTS of dynstep.h
+   integer, parameter :: number_of_facts = 7
+
+contains
+
+   recursive function dynstep_set_newmark(handle, beta, gamma) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      real(c_double), value :: beta, gamma
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (.not. (beta >= 0.0_wp .and. beta <= huge(beta))) then
+         call s%status%set(dynstep_invalid_input, 'beta = '//text(beta)//' must be 0 or more')
+      else if (.not. (gamma >= 0.0_wp .and. gamma <= huge(gamma))) then
+         call s%status%set(dynstep_invalid_input, 'gamma = '//text(gamma)//' must be 0 or more')
+      end if
+      code = s%status%code
+      if (code /= dynstep_success) return
+      s%method%base = base_newmark
+      s%method%beta = beta
+      s%method%gamma = gamma
+      call change(s)
+   end function dynstep_set_newmark
+
+   recursive function dynstep_set_midpoint(handle) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      s%method%base = base_midpoint
+      call change(s)
+   end function dynstep_set_midpoint
+
+   recursive function dynstep_set_extrapolation(handle, levels, sequence, ncustom, custom) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: levels, sequence, ncustom
+      type(c_ptr), value :: custom
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      integer(c_int), pointer :: given(:)
+      integer, allocatable :: own(:), numbers(:)
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (levels > 0 .and. sequence == sequence_custom) then
+         if (ncustom < 1 .or. .not. c_associated(custom)) then
+            call s%status%set(dynstep_invalid_input, 'custom is NULL, or ncustom = '//text(ncustom)//' is less than 1')
+         else
+            call c_f_pointer(custom, given, [ncustom])
+            own = given
+         end if
+      end if
+      if (levels /= 0) call substep_numbers(int(sequence), int(levels), own, numbers, s%status)
+      code = s%status%code
+      if (code /= dynstep_success) return
+      s%method%levels = levels
+      s%method%sequence = sequence
+      call move_alloc(own, s%method%custom)
+      call change(s)
+   end function dynstep_set_extrapolation
+
+   recursive function dynstep_set_newton(handle, limit, halvings, tolerance) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: limit, halvings
+      real(c_double), value :: tolerance
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (limit < 1) then
+         call s%status%set(dynstep_invalid_input, 'limit = '//text(limit)//' must be 1 or more')
+      else if (halvings < 0) then
+         call s%status%set(dynstep_invalid_input, 'halvings = '//text(halvings)//' must be 0 or more')
+      else if (.not. (tolerance >= 0.0_wp .and. tolerance < 1.0_wp)) then
+         call s%status%set(dynstep_invalid_input, 'tolerance = '//text(tolerance)//' must be 0 or more and less than 1')
+      end if
+      code = s%status%code
+      if (code /= dynstep_success) return
+      s%method%newton = newton_options(limit=limit, halvings=halvings, tolerance=tolerance)
+      call change(s)
+   end function dynstep_set_newton
+
+   recursive function dynstep_properties(handle, length, name, source, integers, stability_limit) &
+      & result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: length
+      type(c_ptr), value :: name, source, integers, stability_limit
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      class(stepper_type), allocatable :: stepper
+      type(method_properties) :: facts
+      integer(c_int), pointer :: i(:)
+      real(c_double), pointer :: limit
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      call build_method(s%method, stepper)
+      facts = stepper%properties()
+      call put_text(trim(facts%name), length, name)
+      call put_text(trim(facts%source), length, source)
+      if (c_associated(integers)) then
+         call c_f_pointer(integers, i, [number_of_facts])
+         i = [facts%order, facts%acceleration_order, facts%multiplier_order, facts%error_order, facts%stages, &
+            & merge(1, 0, facts%symmetric), merge(1, 0, facts%mechanical)]
+      end if
+      if (c_associated(stability_limit)) then
+         call c_f_pointer(stability_limit, limit)
+         limit = facts%stability_limit
+         if (facts%stability_limit >= huge(limit)) limit = ieee_value(limit, ieee_positive_inf)
+      end if
+   end function dynstep_properties
+
+   recursive function dynstep_tableau(handle, size, levels, table, numbers) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: size, levels
+      type(c_ptr), value :: table, numbers
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      real(c_double), pointer :: to_table(:, :, :)
+      integer(c_int), pointer :: to_numbers(:)
+      real(wp), allocatable :: t(:, :, :)
+      integer, allocatable :: k(:)
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (.not. s%started .or. s%method%levels < 1) then
+         call s%status%set(dynstep_invalid_input, 'there is no table: set an extrapolation, start, and make a step')
+      else if (s%stepper%count%steps < 1) then
+         call s%status%set(dynstep_invalid_input, 'there is no table before the first step')
+      else if (size /= 2*s%n) then
+         call s%status%set(dynstep_invalid_input, 'size = '//text(size)//' must be 2 n = '//text(2*s%n))
+      else if (levels /= s%method%levels) then
+         call s%status%set(dynstep_invalid_input, 'levels = '//text(levels)//', but the extrapolation has ' &
+            & //text(s%method%levels))
+      else if (.not. (c_associated(table) .and. c_associated(numbers))) then
+         call s%status%set(dynstep_invalid_input, 'table or numbers is NULL')
+      end if
+      code = s%status%code
+      if (code /= dynstep_success) return
+      call c_f_pointer(table, to_table, [size, levels, levels])
+      call c_f_pointer(numbers, to_numbers, [levels])
+      select type (stepper => s%stepper)
+      class is (extrapolation_stepper)
+         call stepper%get_tableau(t, k)
+         to_table = t
+         to_numbers = k
+      end select
+   end function dynstep_tableau
+end module dynstep_capi_methods

@@ -1,0 +1,198 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Flat C interface: runs over an interval, whole or in pieces.  `dynstep.h` describes each
+!> function.
+module dynstep_capi_runs
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_int, c_intptr_t, &
+      & c_null_funptr, c_null_ptr, c_ptr
+   use dynstep_c_handle, only: integrator_type, reach
+   use dynstep_c_systems, only: c_observer_function
+   use dynstep_integrate, only: control_type
+   use dynstep_kinds, only: long, wp
+   use dynstep_status, only: dynstep_invalid_input, dynstep_more, dynstep_success
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   public :: dynstep_set_observer, dynstep_run, dynstep_begin, dynstep_proceed
+
+contains
+
+   recursive function dynstep_set_observer(handle, fun, ctx) result(code) bind(c)
+      integer(c_intptr_t), value :: handle, fun, ctx
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      procedure(c_observer_function), pointer :: p
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      p => null()
+      if (fun /= 0) call c_f_procpointer(transfer(fun, c_null_funptr), p)
+      s%observer%observer_function => p
+      s%observer%context = transfer(ctx, c_null_ptr)
+   end function dynstep_set_observer
+
+   recursive function dynstep_run(handle, t_end, h) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      real(c_double), value :: t_end, h
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      type(control_type) :: control
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      control%h = h
+      control%every = 0
+      call begin(s, t_end, control)
+      do while (s%running)
+         call go_on(s, huge(0), .false.)
+         s%running = s%status%code == dynstep_more
+         if (s%running) call s%status%clear()
+      end do
+      code = s%status%code
+   end function dynstep_run
+
+   recursive function dynstep_begin(handle, t_end, h, every, n_eval, t_eval) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      real(c_double), value :: t_end, h
+      integer(c_int), value :: every, n_eval
+      type(c_ptr), value :: t_eval
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      type(control_type) :: control
+      real(c_double), pointer :: times(:)
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      control%h = h
+      control%every = every
+      if (n_eval < 0) then
+         call s%status%set(dynstep_invalid_input, 'n_eval = '//text(n_eval)//' must be 0 or more')
+      else if (n_eval > 0 .and. .not. c_associated(t_eval)) then
+         call s%status%set(dynstep_invalid_input, 't_eval is NULL')
+      else if (n_eval > 0) then
+         call c_f_pointer(t_eval, times, [n_eval])
+         control%t_eval = times
+         control%every = 1
+      end if
+      if (.not. s%status%failed()) call begin(s, t_end, control)
+      code = s%status%code
+   end function dynstep_begin
+
+   recursive subroutine begin(s, t_end, control)
+      type(integrator_type), intent(inout) :: s
+      real(wp), intent(in) :: t_end
+      type(control_type), intent(in) :: control
+      if (.not. s%started) then
+         call s%status%set(dynstep_invalid_input, 'call dynstep_start first, and again after a set function')
+         return
+      end if
+      call s%run%begin(s%sys, s%state, t_end, control, s%status)
+      s%running = .not. s%status%failed()
+      s%recording = 0
+      s%steps_before = s%stepper%count%steps
+      call s%points%clear()
+      s%held%code = dynstep_more
+   end subroutine begin
+
+   recursive function dynstep_proceed(handle, max_steps, capacity, count, t_out, q_out, v_out, a_out) &
+      & result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: max_steps, capacity
+      type(c_ptr), value :: count, t_out, q_out, v_out, a_out
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      integer(c_int), pointer :: written
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      written => null()
+      if (c_associated(count)) then
+         call c_f_pointer(count, written)
+         written = 0
+      end if
+      if (.not. s%running) then
+         call s%status%set(dynstep_invalid_input, 'call dynstep_begin first, and again after start and single steps')
+      else if (max_steps < 1) then
+         call s%status%set(dynstep_invalid_input, 'max_steps = '//text(max_steps)//' must be 1 or more')
+      else if (capacity < 0) then
+         call s%status%set(dynstep_invalid_input, 'capacity = '//text(capacity)//' must be 0 or more')
+      else if (capacity > 0 .and. .not. associated(written)) then
+         call s%status%set(dynstep_invalid_input, 'count is NULL')
+      else if (s%recording*merge(1, -1, capacity > 0) < 0) then
+         call s%status%set(dynstep_invalid_input, 'capacity must be 0 in all calls of a run, or in none')
+      end if
+      code = s%status%code
+      if (code /= dynstep_success) return
+      s%recording = merge(1, -1, capacity > 0)
+      if (capacity == 0) then
+         call go_on(s, int(max_steps), .false.)
+      else
+         call attach(s, int(capacity), t_out, q_out, v_out, a_out)
+         call go_on_recording(s, int(max_steps))
+         written = s%points%count
+      end if
+      code = s%status%code
+   end function dynstep_proceed
+
+   !> Let the points go into the caller's arrays
+   recursive subroutine attach(s, capacity, t_out, q_out, v_out, a_out)
+      type(integrator_type), intent(inout) :: s
+      integer, intent(in) :: capacity
+      type(c_ptr), intent(in) :: t_out, q_out, v_out, a_out
+      s%points%capacity = capacity
+      s%points%t => null()
+      s%points%q => null()
+      s%points%v => null()
+      s%points%a => null()
+      if (c_associated(t_out)) call c_f_pointer(t_out, s%points%t, [capacity])
+      if (c_associated(q_out)) call c_f_pointer(q_out, s%points%q, [s%n, capacity])
+      if (c_associated(v_out)) call c_f_pointer(v_out, s%points%v, [s%n, capacity])
+      if (c_associated(a_out)) call c_f_pointer(a_out, s%points%a, [s%n, capacity])
+   end subroutine attach
+
+   !> First the points that found no room before and the code that came with them, if it was
+   !> another one than dynstep_more; then new steps
+   recursive subroutine go_on_recording(s, max_steps)
+      type(integrator_type), intent(inout) :: s
+      integer, intent(in) :: max_steps
+
+      call s%points%deliver()
+      if (s%points%holds_back()) then
+         call say_full(s)
+         return
+      end if
+      if (s%held%code /= dynstep_more) then
+         s%status = s%held
+         s%held%code = dynstep_more
+         return
+      end if
+      call go_on(s, min(max_steps, s%points%allowance(s%run%control, s%state%t, &
+         & s%stepper%count%steps - s%steps_before)), .true.)
+      if (s%points%holds_back() .and. s%status%code /= dynstep_more) s%held = s%status
+      if (s%points%holds_back() .or. (s%status%code == dynstep_more .and. s%points%count == s%points%capacity)) &
+         & call say_full(s)
+   end subroutine go_on_recording
+
+   recursive subroutine say_full(s)
+      type(integrator_type), intent(inout) :: s
+      call s%status%set(dynstep_more, 'the room for '//text(s%points%capacity)//' points is used up at t = ' &
+         & //text(s%state%t)//'; call again to go on')
+   end subroutine say_full
+
+   !> Steps of a run; user functions may be called
+   recursive subroutine go_on(s, max_steps, record)
+      type(integrator_type), intent(inout) :: s
+      integer, intent(in) :: max_steps       !! 0: record the start, where that is not done
+      logical, intent(in) :: record
+      s%busy = .true.
+      if (record .and. associated(s%observer%observer_function)) then
+         call s%run%proceed(s%stepper, s%sys, s%state, s%status, recorder=s%points, observer=s%observer, &
+            & max_steps=max_steps)
+      else if (record) then
+         call s%run%proceed(s%stepper, s%sys, s%state, s%status, recorder=s%points, max_steps=max_steps)
+      else if (associated(s%observer%observer_function)) then
+         call s%run%proceed(s%stepper, s%sys, s%state, s%status, observer=s%observer, max_steps=max_steps)
+      else
+         call s%run%proceed(s%stepper, s%sys, s%state, s%status, max_steps=max_steps)
+      end if
+      s%busy = .false.
+   end subroutine go_on
+end module dynstep_capi_runs

@@ -1,0 +1,239 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Flat C interface: start, single steps, and what can be asked in between.  `dynstep.h`
+!> describes each function.
+module dynstep_capi_steps
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_long_long, c_ptr
+   use dynstep_c_assembly, only: assemble, assemble_system
+   use dynstep_c_handle, only: integrator_type, reach
+   use dynstep_c_text, only: put_text
+   use dynstep_kinds, only: wp
+   use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input, dynstep_not_finite, dynstep_success, &
+      & status_type
+   use dynstep_stepper, only: clock_type
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   public :: dynstep_check, dynstep_start, dynstep_step, dynstep_get
+   public :: dynstep_energy, dynstep_counts, dynstep_count_name
+
+   !> DYNSTEP_COUNTS of dynstep.h
+   integer, parameter :: number_of_counts = 10
+
+contains
+
+   recursive function dynstep_check(handle, n, t, q, v, length, report) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: n
+      real(c_double), value :: t
+      type(c_ptr), value :: q, v
+      integer(c_int), value :: length
+      type(c_ptr), value :: report
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      real(c_double), pointer :: q0(:), v0(:)
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      call put_text('', length, report)
+      call take_point(s, n, t, q, v, q0, v0, s%status)
+      if (.not. s%assembled) call assemble_system(s)
+      if (.not. s%status%failed()) call s%status%set(dynstep_invalid_input, 'this version cannot check a system')
+      call put_text(trim(s%status%message), length, report)
+      code = s%status%code
+   end function dynstep_check
+
+   recursive function dynstep_start(handle, n, t, q, v) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: n
+      real(c_double), value :: t
+      type(c_ptr), value :: q, v
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      real(c_double), pointer :: q0(:), v0(:)
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      call take_point(s, n, t, q, v, q0, v0, s%status)
+      call assemble(s)
+      code = s%status%code
+      if (code /= dynstep_success) return
+      s%started = .false.
+      s%running = .false.
+      s%state%t = t
+      s%state%y(1:n) = q0
+      s%state%y(n + 1:) = v0
+      s%busy = .true.
+      call s%stepper%start(s%sys, s%state, s%status)
+      s%busy = .false.
+      s%started = .not. s%status%failed()
+      s%step_clock = clock_type(t0=t, h=0.0_wp, k=0)
+      code = s%status%code
+   end function dynstep_start
+
+   !> Point that a caller gives: right length, there at all, finite
+   recursive subroutine take_point(s, n, t, q, v, q0, v0, status)
+      type(integrator_type), intent(in) :: s
+      integer(c_int), intent(in) :: n
+      real(c_double), intent(in) :: t
+      type(c_ptr), intent(in) :: q, v
+      real(c_double), pointer, intent(out) :: q0(:), v0(:)
+      type(status_type), intent(inout) :: status
+      integer :: i
+
+      q0 => null()
+      v0 => null()
+      if (n /= s%n) then
+         call status%set(dynstep_invalid_input, 'n = '//text(n)//', but the system has '//text(s%n)//' coordinates')
+      else if (.not. c_associated(q)) then
+         call status%set(dynstep_invalid_input, 'q is NULL')
+      else if (.not. c_associated(v)) then
+         call status%set(dynstep_invalid_input, 'v is NULL')
+      else if (.not. ieee_is_finite(t)) then
+         call status%set(dynstep_invalid_input, 't = '//text(t)//' is not finite')
+      end if
+      if (status%failed()) return
+      call c_f_pointer(q, q0, [n])
+      call c_f_pointer(v, v0, [n])
+      do i = 1, n
+         if (.not. ieee_is_finite(q0(i))) then
+            call status%set(dynstep_invalid_input, 'component '//text(i)//' of q is not finite')
+            return
+         else if (.not. ieee_is_finite(v0(i))) then
+            call status%set(dynstep_invalid_input, 'component '//text(i)//' of v is not finite')
+            return
+         end if
+      end do
+   end subroutine take_point
+
+   recursive function dynstep_step(handle, h) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      real(c_double), value :: h
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (.not. s%started) then
+         call s%status%set(dynstep_invalid_input, 'call dynstep_start first, and again after a set function')
+      else if (.not. ieee_is_finite(h) .or. abs(h) <= spacing(s%state%t)) then
+         call s%status%set(dynstep_invalid_input, 'h = '//text(h)//' must be finite and not vanish beside t = ' &
+            & //text(s%state%t))
+      end if
+      code = s%status%code
+      if (code /= dynstep_success) return
+      s%running = .false.
+      ! the clock goes on where the last step was one of this length
+      if (abs(s%step_clock%h - h) > 0.0_wp .or. abs(s%step_clock%time() - s%state%t) > 0.0_wp) &
+         & s%step_clock = clock_type(t0=s%state%t, h=h, k=0)
+      s%busy = .true.
+      call s%stepper%advance(s%sys, s%state, s%step_clock, 1, s%status, complete=.true.)
+      s%busy = .false.
+      code = s%status%code
+   end function dynstep_step
+
+   recursive function dynstep_get(handle, n, t, q, v, a) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: n
+      type(c_ptr), value :: t, q, v, a
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      real(c_double), pointer :: t1
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (n /= s%n) then
+         call s%status%set(dynstep_invalid_input, 'n = '//text(n)//', but the system has '//text(s%n)//' coordinates')
+      else if (.not. s%started) then
+         call s%status%set(dynstep_invalid_input, 'call dynstep_start first, and again after a set function')
+      end if
+      code = s%status%code
+      if (code /= dynstep_success) return
+      if (c_associated(t)) then
+         call c_f_pointer(t, t1)
+         t1 = s%state%t
+      end if
+      call give(s%state%y(1:n), q)
+      call give(s%state%y(n + 1:), v)
+      call give(s%state%a, a)
+   end function dynstep_get
+
+   recursive subroutine give(from, to)
+      real(wp), intent(in) :: from(:)
+      type(c_ptr), intent(in) :: to
+      real(c_double), pointer :: x(:)
+      if (.not. c_associated(to)) return
+      call c_f_pointer(to, x, [size(from)])
+      x = from
+   end subroutine give
+
+   recursive function dynstep_energy(handle, energy) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      type(c_ptr), value :: energy
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      real(c_double), pointer :: e
+      integer :: ierr
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (.not. c_associated(energy)) then
+         call s%status%set(dynstep_invalid_input, 'energy is NULL')
+      else if (.not. s%started) then
+         call s%status%set(dynstep_invalid_input, 'call dynstep_start first, and again after a set function')
+      else if (.not. s%sys%structure%has_energy) then
+         call s%status%set(dynstep_invalid_input, 'the system has no energy: give a function by dynstep_set_energy, ' &
+            & //'or symmetric M and K of a linear system')
+      end if
+      code = s%status%code
+      if (code /= dynstep_success) return
+      call c_f_pointer(energy, e)
+      s%busy = .true.
+      call s%sys%energy(s%state%t, s%state%y(:s%n), s%state%y(s%n + 1:), e, ierr)
+      s%busy = .false.
+      if (ierr /= 0) then
+         call s%status%set(dynstep_callback_failed, 'energy gave up at t = '//text(s%state%t)//' (ierr = ' &
+            & //text(ierr)//')')
+      else if (.not. ieee_is_finite(e)) then
+         call s%status%set(dynstep_not_finite, 'energy returned '//text(e)//' at t = '//text(s%state%t))
+      end if
+      code = s%status%code
+   end function dynstep_energy
+
+   recursive function dynstep_counts(handle, counts) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      type(c_ptr), value :: counts
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      integer(c_long_long), pointer :: numbers(:)
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (.not. c_associated(counts)) then
+         call s%status%set(dynstep_invalid_input, 'counts is NULL')
+         code = s%status%code
+         return
+      end if
+      call c_f_pointer(counts, numbers, [number_of_counts])
+      numbers = 0
+      if (.not. allocated(s%stepper)) return
+      associate (c => s%stepper%count)
+         numbers = [c%steps, c%substeps, c%rejections, c%forces, c%masses, c%tangents, c%factorizations, c%solves, &
+            & c%newton_iterations, c%halvings]
+      end associate
+   end function dynstep_counts
+
+   recursive function dynstep_count_name(i, length, buffer) result(code) bind(c)
+      integer(c_int), value :: i, length
+      type(c_ptr), value :: buffer
+      integer(c_int) :: code
+      character(len=17), parameter :: names(0:number_of_counts - 1) = [character(len=17) :: 'steps', 'substeps', &
+         & 'rejections', 'forces', 'masses', 'tangents', 'factorizations', 'solves', 'newton_iterations', 'halvings']
+      code = dynstep_invalid_input
+      call put_text('', length, buffer)
+      if (i < 0 .or. i >= number_of_counts) return
+      call put_text(trim(names(i)), length, buffer)
+      code = dynstep_success
+   end function dynstep_count_name
+end module dynstep_capi_steps
