@@ -83,9 +83,10 @@ module dynstep_factorization
       procedure :: reciprocal_condition => factorization_reciprocal_condition
    end type factorization_type
 
-   !> A matrix S with entries near 1 is singular where 1/|S^-1| is less than this.  Measured on 6700
-   !> singular matrices of order 3 to 300 (products, Laplacians, free chains and beams, dependent
-   !> rows): at most 0.7 eps, median 0.02 eps.  A clamped beam of 10 000 nodes has 4 eps and passes.
+   !> A matrix S with entries near 1 is singular where 1/|S^-1| is less than this.  Measured on 7600
+   !> singular matrices of order 3 to 300 (products, Laplacians, free chains and beams, equal rows):
+   !> at most 0.7 eps, median 0.01 eps.  A clamped beam of 5000 nodes, with a condition of 1e15,
+   !> passes; one of 10 000 is singular to working precision and is refused.
    real(wp), parameter :: singular_distance = 2.0_wp*epsilon(1.0_wp)
 
 contains
@@ -222,11 +223,12 @@ contains
       end if
 
       finite = .true.
-      failed = 0
-      weakest = 0
       select case (self%preferred)
       case (method_identity)
          self%norm = 1.0_wp
+      case (method_tridiagonal, method_pentadiagonal)
+         call factorize_definite(self, matrix, failed, weakest, ratio)
+         if (failed > 0) call one_norm(matrix, self%norm, finite)
       case (method_diagonal)
          call matrix%first_not_finite(row, column)
          finite = row == 0
@@ -235,8 +237,12 @@ contains
       end select
       if (.not. finite) then
          call matrix%first_not_finite(row, column)
-         call complain(dynstep_not_finite, ' is not finite', ': row '//text(row)//', column '//text(column), &
-            & status, t, name)
+         if (row > 0) then
+            call complain(dynstep_not_finite, ' is not finite', ': row '//text(row)//', column '//text(column), &
+               & status, t, name)
+         else
+            call complain(dynstep_not_finite, ' is not finite', ': its norm overflows', status, t, name)
+         end if
          return
       end if
 
@@ -246,7 +252,9 @@ contains
          return
       end if
       if (self%symmetric .or. self%preferred == method_identity) then
-         call factorize_definite(self, matrix, failed, weakest, ratio)
+         if (self%preferred /= method_tridiagonal .and. self%preferred /= method_pentadiagonal) then
+            call factorize_definite(self, matrix, failed, weakest, ratio)
+         end if
          if (failed == 0) then
             self%method = self%preferred
             self%positive_definite = .true.
@@ -281,7 +289,7 @@ contains
       self%method = method_diagonal
    end subroutine factorize_diagonal
 
-   !> A symmetric matrix without pivoting
+   !> A symmetric matrix without pivoting; narrow ones look for NaN and find the norm by the way
    pure subroutine factorize_definite(self, matrix, failed, weakest, ratio)
       class(factorization_type), intent(inout) :: self
       type(matrix_type), intent(in) :: matrix
@@ -294,9 +302,9 @@ contains
       ratio = suspicious_pivot
       select case (self%preferred)
       case (method_tridiagonal)
-         call tridiagonal_factorize(self%n, matrix%a, self%dinv, self%l1, failed, weakest, ratio)
+         call tridiagonal_factorize(self%n, matrix%a, self%dinv, self%l1, self%norm, failed, weakest, ratio)
       case (method_pentadiagonal)
-         call pentadiagonal_factorize(self%n, matrix%a, self%dinv, self%l1, self%l2, failed, weakest, ratio)
+         call pentadiagonal_factorize(self%n, matrix%a, self%dinv, self%l1, self%l2, self%norm, failed, weakest, ratio)
       case (method_small)
          call copy_small(matrix, self%n, self%factor)
          call small_factorize_symmetric(self%n, self%factor, self%order, failed, weakest, ratio)
@@ -371,30 +379,39 @@ contains
       end if
    end subroutine factorize_general
 
-   !> A suspicious pivot: singular or not, and which equation is it
-   pure subroutine judge(self, weakest, ratio, status, t, name)
+   !> A suspicious pivot: singular or not, and which equation is it.  Higham's estimate alone may miss
+   !> a null vector that is orthogonal to its first guess (two equal rows); the pivot's own
+   !> coordinate takes part in the null vector, so that S^-T e(k) is large as well.
+   pure subroutine judge(self, k, ratio, status, t, name)
       class(factorization_type), intent(inout) :: self   !! with scales in work(:,3:4)
-      integer, intent(in) :: weakest           !! smallest pivot
+      integer, intent(in) :: k                 !! smallest pivot
       real(wp), intent(in) :: ratio            !! its size in R A C
       type(status_type), intent(inout) :: status
       real(wp), intent(in), optional :: t
       character(len=*), intent(in), optional :: name
+      real(wp), allocatable :: work(:, :)
       real(wp) :: inverse_norm
-      integer :: k
+      integer :: equation
 
       if (ratio > vanished_pivot) then
          call estimate_inverse(self, .true., inverse_norm)
+         call move_alloc(self%work, work)
+         work(:, 2) = 0.0_wp
+         work(k, 2) = 1.0_wp/work(k, 4)
+         call apply(self, 'T', work(:, 2))
+         inverse_norm = max(inverse_norm, sum(abs(work(:, 2)/work(:, 3))))
+         call move_alloc(work, self%work)
          if (inverse_norm*singular_distance < 1.0_wp) return
       end if
-      k = weakest
+      equation = k
       if (.not. self%positive_definite) then
          if (self%method == method_small) then
-            k = small_equation_of(self%n, self%factor, self%order, self%work(:, 3), self%work(:, 4), k)
+            equation = small_equation_of(self%n, self%factor, self%order, self%work(:, 3), self%work(:, 4), k)
          else
-            k = self%lu%equation_of(k)
+            equation = self%lu%equation_of(k)
          end if
       end if
-      call refuse(self, k, 'its row depends on those of the others', status, t, name)
+      call refuse(self, equation, 'its row depends on those of the others', status, t, name)
    end subroutine judge
 
    !> The sentence for a singular matrix

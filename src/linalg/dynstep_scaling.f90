@@ -27,6 +27,13 @@ module dynstep_scaling
    !> Scaled pivots below this one are nothing but rounding error, without an estimate
    real(wp), parameter, public :: vanished_pivot = 1.0e-3_wp*epsilon(1.0_wp)
 
+   !> Limit of sweeps that bring rows and columns to a common size; two or three do for most.  Measured:
+   !> D1 A D2 with D1, D2 = 10**(-4...4) at random is solved with backward errors (in the units of A)
+   !> below 1e-15 where A is full (1e-13 without the iteration), and below 1e-11 where it is a narrow
+   !> band with a strong diagonal, where sizes travel one row a sweep.  With 10**(-8...8) such
+   !> bands reach 5e-8, and one in 2000 is refused as singular; 20 sweeps change neither.
+   integer, parameter, public :: most_sweeps = 5
+
 contains
 
    !> Largest absolute column sum; finite = .false. where an entry (or the sum) is not
@@ -48,53 +55,62 @@ contains
       end do
    end subroutine one_norm
 
-   !> Powers of two r, c that bring the absolute row and column sums of R A C near 1.
-   !> Both are wanted for the judgement; `needed` tells whether they differ enough (16 times)
-   !> to choose other pivots.
+   !> Powers of two r, c that bring the absolute row and column sums of R A C near 1: Sinkhorn and
+   !> Knopp's iteration r = 1/(|A| c), c = 1/(|A|^T r), whose limit does not depend on the units of
+   !> A.  It ends when no column changes by 16 times.  `needed` tells whether the scales differ
+   !> enough (16 times) to choose other pivots.
    pure subroutine row_column_scales(matrix, r, c, needed, empty)
       type(matrix_type), intent(in) :: matrix   !! banded or dense, finite
       real(wp), intent(out) :: r(matrix%n)      !! row scales
       real(wp), intent(out) :: c(matrix%n)      !! column scales
       logical, intent(out) :: needed            !! rows or columns differ in size
       integer, intent(out) :: empty             !! i > 0: row i is zero, j < 0: column -j is zero
-      logical :: rows_differ
+      logical :: rows_differ, columns_differ, settled
       real(wp) :: column
-      integer :: i, j, n, first, last, shift
+      integer :: i, j, n, sweep, first, last, shift
 
       n = matrix%n
       empty = 0
       needed = .false.
-      r = 0.0_wp
+      c = 1.0_wp
+      columns_differ = .false.
       shift = 0
-      do j = 1, n
-         call stored_rows(matrix, j, first, last)
-         if (matrix%kind == kind_banded) shift = j - matrix%ku - 1
-         call add_absolute(last - first + 1, matrix%a(first:last, j), r(first + shift:last + shift))
-      end do
-      do i = 1, n
-         if (r(i) > 0.0_wp) cycle
-         empty = i
-         return
-      end do
-      call to_scales(n, r, rows_differ)
-      do j = 1, n
-         call stored_rows(matrix, j, first, last)
-         if (rows_differ) then
+      do sweep = 1, most_sweeps
+         r = 0.0_wp
+         do j = 1, n
+            call stored_rows(matrix, j, first, last)
             if (matrix%kind == kind_banded) shift = j - matrix%ku - 1
-            column = 0.0_wp
-            do i = first, last
-               column = column + r(i + shift)*abs(matrix%a(i, j))
-            end do
-         else
-            column = r(1)*absolute_sum(last - first + 1, matrix%a(first:last, j))
-         end if
-         c(j) = column
-         if (column > 0.0_wp) cycle
-         empty = -j
-         return
+            call add_absolute(last - first + 1, c(j), matrix%a(first:last, j), r(first + shift:last + shift))
+         end do
+         do i = 1, n
+            if (r(i) > 0.0_wp) cycle
+            empty = i
+            return
+         end do
+         call to_scales(n, r, rows_differ)
+         settled = .true.
+         do j = 1, n
+            call stored_rows(matrix, j, first, last)
+            if (matrix%kind == kind_banded) shift = j - matrix%ku - 1
+            if (rows_differ) then
+               column = 0.0_wp
+               do i = first, last
+                  column = column + r(i + shift)*abs(matrix%a(i, j))
+               end do
+            else
+               column = r(1)*absolute_sum(last - first + 1, matrix%a(first:last, j))
+            end if
+            if (.not. column > 0.0_wp) then
+               empty = -j
+               return
+            end if
+            settled = settled .and. column*c(j) < 16.0_wp .and. column*c(j) > 1.0_wp/16
+            c(j) = column
+         end do
+         call to_scales(n, c, columns_differ)
+         if (settled) exit
       end do
-      call to_scales(n, c, needed)
-      needed = needed .or. rows_differ
+      needed = rows_differ .or. columns_differ
    end subroutine row_column_scales
 
    !> x = powers of two near 1/x; all the same where the x are within a factor of 16
@@ -115,12 +131,13 @@ contains
       end if
    end subroutine to_scales
 
-   !> y = y + |x|
-   pure subroutine add_absolute(n, x, y)
+   !> y = y + c |x|
+   pure subroutine add_absolute(n, c, x, y)
       integer, intent(in) :: n
+      real(wp), intent(in) :: c
       real(wp), intent(in) :: x(n)
       real(wp), intent(inout) :: y(n)
-      y = y + abs(x)
+      y = y + c*abs(x)
    end subroutine add_absolute
 
    !> Sum of |x|, in four parts that do not wait for each other

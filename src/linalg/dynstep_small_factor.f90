@@ -5,22 +5,22 @@
 !>   f(i,i) = 1/D(i,i); row i of P A is row p(i) of A.  For a symmetric positive definite
 !>   matrix U = L^T and p(i) = i, and the same solve serves.
 !>
-!> Rows are compared for the pivot after division by their largest entry, so that units do
-!> not choose it.  The reciprocal pivot is applied between the sweeps, off the chain of
+!> Rows are compared for the pivot after scaling to a common size, so that units do not choose
+!> it.  The reciprocal pivot is applied between the sweeps, off the chain of
 !> dependent operations.  Loops are kept scalar: a vector store followed by narrower loads
 !> defeats store forwarding (measured at n = 8: 216 against 131 ns in a generic step).
 module dynstep_small_factor
    use dynstep_kinds, only: wp
-   use dynstep_scaling, only: suspicious_pivot
+   use dynstep_scaling, only: most_sweeps, suspicious_pivot
    implicit none
    private
 
    public :: small_factorize_symmetric, small_factorize, small_equation_of
    public :: small_solve, small_solve_transposed
 
-   !> Largest order of these kernels.  Measured against reference LAPACK, factorize and solve in ns:
-   !> n = 4: 103 and 24 (dgetrf, dgetrs 315 and 99), n = 8: 310 and 91 (849 and 185), n = 16: 1460 and
-   !> 246 (2730 and 440), still 1.5 times faster at n = 24.  A tuned BLAS overtakes earlier.
+   !> Largest order of these kernels.  Measured against reference LAPACK, LU and solve in ns:
+   !> n = 4: 140 and 24 (dgetrf 320, dgetrs 100), n = 8: 370 and 91 (860 and 187), n = 16: 1700 and
+   !> 210 (2990 and 450), still 1.5 times faster at n = 24.  A tuned BLAS will overtake earlier.
    integer, parameter, public :: small_order = 16
 
 contains
@@ -76,8 +76,8 @@ contains
       integer, intent(in) :: n                 !! 1..small_order
       real(wp), intent(inout) :: f(n, n)       !! matrix in, factors out
       integer, intent(out) :: p(n)             !! row i of P A is row p(i) of A
-      real(wp), intent(out) :: r(n)            !! row scales: 1 / absolute row sums of A
-      real(wp), intent(out) :: c(n)            !! column scales: 1 / sums of R A, set where weakest > 0
+      real(wp), intent(out) :: r(n)            !! row scales
+      real(wp), intent(out) :: c(n)            !! column scales, set where weakest > 0
       integer, intent(out) :: failed           !! first pivot that is zero, or 0
       integer, intent(out) :: weakest          !! column of the smallest suspicious pivot, or 0
       real(wp), intent(out) :: ratio           !! that pivot, scaled
@@ -142,42 +142,52 @@ contains
       if (weakest > 0) c = 1.0_wp/c
    end subroutine small_factorize
 
-   !> r = reciprocal absolute row sums of A, c = column sums of R A
+   !> Sinkhorn and Knopp's r = 1/(|A| c), c = 1/(|A|^T r), see dynstep_scaling; one sweep where the
+   !> rows are alike in size
    pure subroutine small_scales(n, a, r, c, empty)
       integer, intent(in) :: n
       real(wp), intent(in) :: a(n, n)
-      real(wp), intent(out) :: r(n), c(n)
+      real(wp), intent(out) :: r(n)            !! row scales
+      real(wp), intent(out) :: c(n)            !! reciprocal column scales
       integer, intent(out) :: empty            !! i > 0: row i is zero, j < 0: column -j is zero
-      integer :: i, j
+      real(wp) :: s(small_order), before, w
+      integer :: i, j, sweep
+      logical :: settled
 
       empty = 0
+      c = 1.0_wp
+      do sweep = 1, most_sweeps
+         s(:n) = 0.0_wp
+         do j = 1, n
+            w = 1.0_wp
+            if (sweep > 1) w = 1.0_wp/c(j)
 !GCC$ novector
-      do i = 1, n
-         r(i) = abs(a(i, 1))
-      end do
-      do j = 2, n
-!GCC$ novector
-         do i = 1, n
-            r(i) = r(i) + abs(a(i, j))
+            do i = 1, n
+               s(i) = s(i) + w*abs(a(i, j))
+            end do
          end do
-      end do
-      do i = 1, n
-         if (.not. r(i) > 0.0_wp) then
-            empty = i
-            return
-         end if
-         r(i) = 1.0_wp/max(r(i), tiny(r))
-      end do
-      do j = 1, n
-         c(j) = 0.0_wp
-!GCC$ novector
          do i = 1, n
-            c(j) = c(j) + abs(a(i, j))*r(i)
+            if (.not. s(i) > 0.0_wp) then
+               empty = i
+               return
+            end if
+            r(i) = 1.0_wp/max(s(i), tiny(s))
          end do
-         if (.not. c(j) > 0.0_wp) then
-            empty = -j
-            return
-         end if
+         settled = .true.
+         do j = 1, n
+            before = c(j)
+            c(j) = 0.0_wp
+!GCC$ novector
+            do i = 1, n
+               c(j) = c(j) + r(i)*abs(a(i, j))
+            end do
+            if (.not. c(j) > 0.0_wp) then
+               empty = -j
+               return
+            end if
+            settled = settled .and. c(j) < 16*before .and. 16*c(j) > before
+         end do
+         if (settled) exit
       end do
    end subroutine small_scales
 

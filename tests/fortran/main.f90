@@ -3,9 +3,12 @@
 program tester
    use test_ground_motion, only: collect_ground_motion
    use test_harness, only: collect_harness
+   use test_linalg, only: collect_linalg
    use test_linear_newmark, only: collect_linear_newmark
+   use test_matrix, only: collect_matrix
    use test_methods, only: collect_methods
    use test_models, only: collect_models
+   use test_singular, only: collect_singular
    use test_text, only: collect_text
    use testing, only: new_testsuite, run_tests
    implicit none
@@ -15,6 +18,9 @@ program tester
       & new_testsuite('text', collect_text), &
       & new_testsuite('methods', collect_methods), &
       & new_testsuite('ground_motion', collect_ground_motion), &
-      & new_testsuite('models', collect_models) &
+      & new_testsuite('models', collect_models), &
+      & new_testsuite('matrix', collect_matrix), &
+      & new_testsuite('linalg', collect_linalg), &
+      & new_testsuite('singular', collect_singular) &
       & ])
 end program tester
