@@ -4,6 +4,7 @@ module dynstep
    use dynstep_bilinear_spring, only: bilinear_spring, law_literal, law_odd
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
+   use dynstep_extrapolation_stability, only: extrapolation_limit, growth_per_step, small_step_growth, stability_limit
    use dynstep_ground_motion, only: read_at2, standard_gravity
    use dynstep_integrate, only: control_type, integrate, integration_type, observer_type
    use dynstep_kinds, only: long, wp

@@ -17,7 +17,7 @@ program methods_table
       facts = stepper%properties()
       print '(3a, 4(a, " | "), i0, 4a)', '| `', trim(method_names(i)), '` | ', place(facts%source), &
          & number(facts%order), number(facts%acceleration_order), number(facts%error_order), facts%stages, ' | ', &
-         & trim(merge('yes', 'no ', facts%symmetric)), ' | ', trim(limit(facts%stability_limit))//' |'
+         & trim(merge('yes', 'no ', facts%symmetric)), ' | ', limit(stepper, facts%stability_limit)//' |'
    end do
 
 contains
@@ -40,17 +40,28 @@ contains
       if (n == 0) words = '-'
    end function number
 
-   function limit(omega_h) result(words)
-      real(wp), intent(in) :: omega_h
+   !> What properties tell, or what the analysis finds for an extrapolation, without damping
+   function limit(stepper, known) result(words)
+      class(stepper_type), intent(in) :: stepper
+      real(wp), intent(in) :: known
       character(len=:), allocatable :: words
-      character(len=12) :: digits
-      if (omega_h < 0.0_wp) then
-         words = 'see below'
-      else if (omega_h >= huge(omega_h)) then
-         words = 'any'
-      else
-         write (digits, '(f0.4)') omega_h
-         words = trim(digits)
-      end if
+      real(wp) :: omega_h
+      omega_h = known
+      select type (stepper)
+      type is (extrapolation_stepper)
+         call extrapolation_limit(stepper, 0.0_wp, omega_h, status)
+         words = figures(omega_h)//' (growth < 1e-12)'
+      class default
+         words = figures(omega_h)
+         if (omega_h >= huge(omega_h)) words = 'any'
+      end select
    end function limit
+
+   function figures(x) result(words)
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: words
+      character(len=12) :: buffer
+      write (buffer, '(f12.4)') x
+      words = trim(adjustl(buffer))
+   end function figures
 end program methods_table

@@ -9,6 +9,7 @@ program tester
    use test_methods, only: collect_methods
    use test_models, only: collect_models
    use test_singular, only: collect_singular
+   use test_stability, only: collect_stability
    use test_text, only: collect_text
    use testing, only: new_testsuite, run_tests
    implicit none
@@ -21,6 +22,7 @@ program tester
       & new_testsuite('models', collect_models), &
       & new_testsuite('matrix', collect_matrix), &
       & new_testsuite('linalg', collect_linalg), &
-      & new_testsuite('singular', collect_singular) &
+      & new_testsuite('singular', collect_singular), &
+      & new_testsuite('stability', collect_stability) &
       & ])
 end program tester
