@@ -29,6 +29,7 @@ module dynstep_linear_newmark
    use dynstep_accelerations, only: check_callback
    use dynstep_factorization, only: factorization_type
    use dynstep_kinds, only: wp
+   use dynstep_linear_chain, only: is_chain, linear_chain
    use dynstep_linear_system, only: linear_system, load_none, load_samples
    use dynstep_linear_tiny, only: linear_tiny, tiny_order
    use dynstep_matrix, only: kind_banded, kind_dense, kind_diagonal, kind_identity, kind_zero, matrix_type
@@ -65,7 +66,10 @@ module dynstep_linear_newmark
       type(newmark_form) :: form
       type(matrix_type) :: s                     ! M + gamma h C + beta h^2 K
       type(factorization_type) :: factor, mass   ! of S, of M
+      logical :: has_chain = .false.             ! tri- or pentadiagonal, symmetric
+      logical :: use_chain = .false.             ! and the form in force has a kernel
       type(linear_tiny) :: tiny
+      type(linear_chain) :: chain
       real(wp), allocatable :: p(:, :)           ! loads [n, 0:block]
       real(wp), allocatable :: work(:, :)        ! [n, 3]
    contains
@@ -112,6 +116,9 @@ contains
 
       self%kernel = kernel_vector
       if (n <= tiny_order) self%kernel = kernel_tiny
+      self%has_chain = self%trapezoidal .and. is_chain(sys)
+      if (self%has_chain) call self%chain%init(sys, status)
+      if (status%failed()) return
       if (allocated(self%p)) deallocate (self%p)
       if (allocated(self%work)) deallocate (self%work)
       if (self%kernel == kernel_tiny) then
@@ -134,6 +141,7 @@ contains
       self%mass_is_ready = .false.
       call find_bounds(self, sys)
       if (self%kernel == kernel_tiny) call self%tiny%init(sys)
+      if (self%has_chain) call self%chain%read_matrices(sys)
    end subroutine engine_reset
 
    !> Kind and bandwidths of S
@@ -327,6 +335,8 @@ contains
             return
          end if
          if (self%kernel == kernel_tiny) call self%tiny%invert(self%s, self%factor)
+         self%use_chain = self%has_chain .and. self%form%form == form_increment .and. self%factor%positive_definite
+         if (self%use_chain) call self%chain%factorize(self%s, h, self%use_chain)
       end if
       self%h = h
    end subroutine engine_prepare
@@ -494,6 +504,10 @@ contains
       real(wp), intent(inout) :: q(self%n), v(self%n), a(self%n)
       real(wp) :: rate
 
+      if (self%use_chain) then
+         call self%chain%step(self%form, loaded, p0, p1, q, v)
+         return
+      end if
       associate (h => self%form%h, half => self%form%half, r => self%work(:, 1), x => self%work(:, 2), &
          & w => self%work(:, 3), form => self%form)
          select case (form%form)
