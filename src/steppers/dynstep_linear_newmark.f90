@@ -26,24 +26,24 @@
 !>   other entries, not another structure.
 module dynstep_linear_newmark
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use dynstep_accelerations, only: check_callback
    use dynstep_factorization, only: factorization_type
    use dynstep_kinds, only: wp
-   use dynstep_linear_chain, only: is_chain, linear_chain
-   use dynstep_linear_system, only: linear_system, load_none, load_samples
+   use dynstep_linear_load, only: evaluate_load
+   use dynstep_linear_modal, only: is_modal, linear_modal
+   use dynstep_linear_system, only: linear_system, load_none
    use dynstep_linear_tiny, only: linear_tiny, tiny_order
+   use dynstep_linear_vector, only: linear_vector
    use dynstep_matrix, only: kind_banded, kind_dense, kind_diagonal, kind_identity, kind_zero, matrix_type
-   use dynstep_newmark_form, only: choose_form, form_increment, form_predicted, form_reflected, &
-      & form_two_solves, newmark_form
-   use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, dynstep_not_finite, &
-      & dynstep_singular_matrix, status_type
+   use dynstep_newmark_form, only: choose_form, form_two_solves, frequency_bounds, newmark_form
+   use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, dynstep_singular_matrix, status_type
    use dynstep_stepper, only: clock_type, step_counters
    use dynstep_text, only: text
    implicit none
    private
 
    integer, parameter :: kernel_tiny = 1      ! n <= 8: many steps in a call
-   integer, parameter :: kernel_vector = 2    ! matrix_type and factorization_type
+   integer, parameter :: kernel_modal = 2     ! all diagonal
+   integer, parameter :: kernel_vector = 3    ! any structure
 
    !> Steps for which loads are evaluated ahead, n <= 8: enough to hide the call of a kernel
    integer, parameter :: block_length = 32
@@ -61,17 +61,16 @@ module dynstep_linear_newmark
       logical :: mass_is_ready = .false.         ! `mass` is factorized
       logical :: same_as_mass = .false.          ! S = M for any h
       integer :: kernel = kernel_vector
-      real(wp) :: softest = 0.0_wp, stiffest = 0.0_wp, damping_rate = 0.0_wp   ! bounds, see choose_form
+      real(wp) :: softest = 0.0_wp, stiffest = 0.0_wp  ! bounds of frequencies,
+      real(wp) :: slowest = 0.0_wp, fastest = 0.0_wp   ! and damping rates
       real(wp) :: h = 0.0_wp                     ! step length that all is prepared for, 0: none
       type(newmark_form) :: form
       type(matrix_type) :: s                     ! M + gamma h C + beta h^2 K
       type(factorization_type) :: factor, mass   ! of S, of M
-      logical :: has_chain = .false.             ! tri- or pentadiagonal, symmetric
-      logical :: use_chain = .false.             ! and the form in force has a kernel
       type(linear_tiny) :: tiny
-      type(linear_chain) :: chain
+      type(linear_modal) :: modal
+      type(linear_vector) :: vector
       real(wp), allocatable :: p(:, :)           ! loads [n, 0:block]
-      real(wp), allocatable :: work(:, :)        ! [n, 3]
    contains
       procedure :: init => engine_init
       procedure :: reset => engine_reset
@@ -116,16 +115,12 @@ contains
 
       self%kernel = kernel_vector
       if (n <= tiny_order) self%kernel = kernel_tiny
-      self%has_chain = self%trapezoidal .and. is_chain(sys)
-      if (self%has_chain) call self%chain%init(sys, status)
+      if (is_modal(sys)) self%kernel = kernel_modal
+      if (self%kernel == kernel_modal) call self%modal%init(n, status)
+      if (self%kernel == kernel_vector) call self%vector%init(sys, status)
       if (status%failed()) return
       if (allocated(self%p)) deallocate (self%p)
-      if (allocated(self%work)) deallocate (self%work)
-      if (self%kernel == kernel_tiny) then
-         allocate (self%p(n, 0:block_length), self%work(n, 0:0), stat=stat)
-      else
-         allocate (self%p(n, 0:1), self%work(n, 3), stat=stat)
-      end if
+      allocate (self%p(n, 0:merge(block_length, 1, self%kernel == kernel_tiny)), stat=stat)
       if (stat /= 0) then
          call status%set(dynstep_no_memory, 'no memory to step '//text(n)//' coordinates')
          return
@@ -139,9 +134,13 @@ contains
       class(linear_system), intent(in) :: sys
       self%h = 0.0_wp
       self%mass_is_ready = .false.
-      call find_bounds(self, sys)
+      call frequency_bounds(sys%m, sys%k, self%softest, self%stiffest)
+      self%softest = sqrt(self%softest)
+      self%stiffest = sqrt(self%stiffest)
+      call frequency_bounds(sys%m, sys%c, self%slowest, self%fastest)
       if (self%kernel == kernel_tiny) call self%tiny%init(sys)
-      if (self%has_chain) call self%chain%read_matrices(sys)
+      if (self%kernel == kernel_modal) call self%modal%read_matrices(sys)
+      if (self%kernel == kernel_vector) call self%vector%read_matrices(sys)
    end subroutine engine_reset
 
    !> Kind and bandwidths of S
@@ -174,41 +173,6 @@ contains
          symmetric = symmetric .and. a%symmetric
       end subroutine include_matrix
    end subroutine init_matrix
-
-   !> Gershgorin's bounds of the frequencies and damping rates of M^-1 K and M^-1 C; the lower
-   !> ones need a diagonal M
-   recursive subroutine find_bounds(self, sys)
-      class(linear_newmark), intent(inout) :: self
-      class(linear_system), intent(in) :: sys
-      real(wp) :: upper
-      call bounds(sys%m, sys%k, self%softest, upper)
-      self%softest = sqrt(self%softest)
-      self%stiffest = sqrt(upper)
-      call bounds(sys%m, sys%c, self%damping_rate, upper)
-   end subroutine find_bounds
-
-   pure subroutine bounds(m, a, lower, upper)
-      type(matrix_type), intent(in) :: m, a
-      real(wp), intent(out) :: lower, upper      !! bounds of |eigenvalues of M^-1 A|
-      real(wp) :: sums(m%n), diagonal
-      integer :: i
-
-      call a%absolute_row_sums(sums)
-      lower = huge(lower)
-      upper = 0.0_wp
-      do i = 1, m%n
-         diagonal = abs(m%entry(i, i))
-         if (diagonal > sums(i)*tiny(diagonal)) then
-            upper = max(upper, sums(i)/diagonal)
-            lower = min(lower, max(0.0_wp, 2.0_wp*a%entry(i, i) - sums(i))/diagonal)
-         else
-            upper = huge(upper)
-            lower = 0.0_wp
-         end if
-      end do
-      if (m%kind > kind_diagonal .and. m%n > 1) lower = 0.0_wp
-      if (.not. a%symmetric) lower = 0.0_wp
-   end subroutine bounds
 
    !> True where a step reads the acceleration of its begin
    pure logical function engine_needs_acceleration(self)
@@ -269,42 +233,6 @@ contains
       if (.not. self%mass_is_plain) count%solves = count%solves + 1
    end subroutine accelerate
 
-   !> p(t), checked; nothing where there is no load
-   recursive subroutine evaluate_load(sys, n, t, p, status, count)
-      class(linear_system), intent(inout) :: sys
-      integer, intent(in) :: n
-      real(wp), intent(in) :: t
-      real(wp), intent(inout) :: p(n)
-      type(status_type), intent(inout) :: status
-      type(step_counters), intent(inout) :: count
-      integer :: i, ierr
-
-      if (status%failed() .or. sys%load_kind == load_none) return
-      count%forces = count%forces + 1
-      if (sys%load_kind == load_samples) then
-         call sys%table%evaluate(t, p)
-      else
-         call sys%load(t, p, ierr)
-         call check_callback('load', ierr, t, status)
-         if (status%failed()) return
-      end if
-      if (count_bad(p) == 0) return
-      do i = 1, n - 1
-         if (.not. ieee_is_finite(p(i))) exit
-      end do
-      call status%set(dynstep_not_finite, 'load returned '//text(p(i))//' in component '//text(i) &
-         & //' at t = '//text(t)//'; a smaller step may keep it in its domain', retry=.true.)
-   end subroutine evaluate_load
-
-   pure integer function count_bad(p)
-      real(wp), intent(in), contiguous :: p(:)
-      integer :: i
-      count_bad = 0
-      do i = 1, size(p)
-         if (.not. ieee_is_finite(p(i))) count_bad = count_bad + 1
-      end do
-   end function count_bad
-
    !> Factorize S = M + gamma h C + beta h^2 K where h is not the one in force
    recursive subroutine engine_prepare(self, sys, h, t, status, count)
       class(linear_newmark), intent(inout) :: self
@@ -322,7 +250,7 @@ contains
       end if
       self%h = 0.0_wp
       call choose_form(self%form, self%beta, self%gamma, h, self%trapezoidal, self%softest, self%stiffest, &
-         & self%damping_rate)
+         & self%slowest, self%fastest)
       if (self%same_as_mass) then
          call factorize_mass(self, sys, t, status, count)
          if (status%failed()) return
@@ -335,9 +263,9 @@ contains
             return
          end if
          if (self%kernel == kernel_tiny) call self%tiny%invert(self%s, self%factor)
-         self%use_chain = self%has_chain .and. self%form%form == form_increment .and. self%factor%positive_definite
-         if (self%use_chain) call self%chain%factorize(self%s, h, self%use_chain)
+         if (self%kernel == kernel_vector) call self%vector%prepare(self%form, self%s, self%factor)
       end if
+      if (self%kernel == kernel_modal) call self%modal%prepare(self%beta, self%gamma, h, self%trapezoidal)
       self%h = h
    end subroutine engine_prepare
 
@@ -451,7 +379,7 @@ contains
          call evaluate_load(sys, self%n, clock%time(1), self%p(:, 1 - now), status, count)
          if (status%failed()) return
          made = 1
-         call vector_step(self, sys, loaded, self%p(:, now), self%p(:, 1 - now), q, v, a)
+         call one_step(self, sys, loaded, self%p(:, now), self%p(:, 1 - now), q, v, a)
          now = 1 - now
       end if
       call count_solves(self, made, count)
@@ -462,7 +390,8 @@ contains
       integer, intent(in) :: steps
       type(step_counters), intent(inout) :: count
       if (self%same_as_mass .and. self%mass_is_plain) return
-      count%solves = count%solves + merge(2, 1, self%form%form == form_two_solves)*steps
+      count%solves = count%solves + steps
+      if (self%kernel /= kernel_modal .and. self%form%form == form_two_solves) count%solves = count%solves + steps
    end subroutine count_solves
 
    !> One step of length h from t to t1, which is t + h up to rounding
@@ -488,101 +417,26 @@ contains
          if (self%kernel == kernel_tiny) then
             call self%tiny%advance(self%form, 1, loaded, self%p, y(1:self%n), y(self%n + 1:), a)
          else
-            call vector_step(self, sys, loaded, self%p(:, 0), self%p(:, 1), y(1:self%n), y(self%n + 1:), a)
+            call one_step(self, sys, loaded, self%p(:, 0), self%p(:, 1), y(1:self%n), y(self%n + 1:), a)
          end if
       end associate
       call count_solves(self, 1, count)
       if (self%trapezoidal .and. complete) call accelerate(self, sys, self%p(:, 1), y, a, count)
    end subroutine engine_step
 
-   !> One step by matrix_type and factorization_type
-   recursive subroutine vector_step(self, sys, loaded, p0, p1, q, v, a)
+   !> One step, n > 8
+   pure subroutine one_step(self, sys, loaded, p0, p1, q, v, a)
       class(linear_newmark), intent(inout) :: self
       class(linear_system), intent(in) :: sys
       logical, intent(in) :: loaded
       real(wp), intent(in) :: p0(self%n), p1(self%n)
       real(wp), intent(inout) :: q(self%n), v(self%n), a(self%n)
-      real(wp) :: rate
-
-      if (self%use_chain) then
-         call self%chain%step(self%form, loaded, p0, p1, q, v)
-         return
-      end if
-      associate (h => self%form%h, half => self%form%half, r => self%work(:, 1), x => self%work(:, 2), &
-         & w => self%work(:, 3), form => self%form)
-         select case (form%form)
-         case (form_increment)
-            x = q + half*v
-            call mean_load(r)
-            call sys%k%multiply_add(-1.0_wp, x, r)
-            if (self%damped) call sys%c%multiply_add(-1.0_wp, v, r)
-            r = h*r
-            call solve(self, r)
-            q = q + h*(v + 0.5_wp*r)
-            v = v + r
-         case (form_reflected)
-            rate = 2.0_wp/h
-            w = v + rate*q
-            call mean_load(r)
-            r = half*r
-            call sys%m%multiply_add(1.0_wp, w, r)
-            if (self%damped) call sys%c%multiply_add(1.0_wp, q, r)
-            r = h*r
-            call solve(self, r)
-            q = r - q
-            v = rate*q - w
-         case (form_two_solves)
-            call mean_load(r)
-            w = r
-            call sys%k%multiply_add(-1.0_wp, q, w)
-            w = half*w
-            call sys%m%multiply_add(1.0_wp, v, w)
-            call solve(self, w)
-            x = q + half*v
-            call sys%k%multiply_add(-1.0_wp, x, r)
-            if (self%damped) call sys%c%multiply_add(-1.0_wp, v, r)
-            r = h*r
-            call solve(self, r)
-            q = q + h*w
-            v = v + r
-         case (form_predicted)
-            r = 0.0_wp
-            if (loaded) r = p1
-            w = form%v_v*v + form%v_a*a
-            x = form%q_v*v + form%q_a*a
-            a = form%a_v*v + form%a_a*a
-            call sys%m%multiply_add(-1.0_wp, a, r)
-            q = q + x
-            v = v + w
-            if (self%damped) call sys%c%multiply_add(-1.0_wp, v, r)
-            call sys%k%multiply_add(-1.0_wp, q, r)
-            call solve(self, r)
-            q = q + form%stiffness*r
-            v = v + form%damping*r
-            a = a + r
-         end select
-      end associate
-
-   contains
-
-      recursive subroutine mean_load(r)
-         real(wp), intent(out) :: r(self%n)
-         if (loaded) then
-            r = 0.5_wp*(p0 + p1)
-         else
-            r = 0.0_wp
-         end if
-      end subroutine mean_load
-   end subroutine vector_step
-
-   !> x = S^-1 x
-   pure subroutine solve(self, x)
-      class(linear_newmark), intent(in) :: self
-      real(wp), intent(inout) :: x(self%n)
-      if (self%same_as_mass) then
-         call self%mass%solve(x)
+      if (self%kernel == kernel_modal) then
+         call self%modal%step(loaded, p0, p1, q, v, a)
+      else if (self%same_as_mass) then
+         call self%vector%step(sys, self%form, self%mass, loaded, p0, p1, q, v, a)
       else
-         call self%factor%solve(x)
+         call self%vector%step(sys, self%form, self%factor, loaded, p0, p1, q, v, a)
       end if
-   end subroutine solve
+   end subroutine one_step
 end module dynstep_linear_newmark

@@ -18,10 +18,11 @@
 !>                then q = q_p + beta h^2 d, v = v_p + gamma h d, a = a_p + d.
 module dynstep_newmark_form
    use dynstep_kinds, only: wp
+   use dynstep_matrix, only: kind_diagonal, matrix_type
    implicit none
    private
 
-   public :: choose_form
+   public :: choose_form, frequency_bounds
 
    integer, parameter, public :: form_increment = 1
    integer, parameter, public :: form_reflected = 2
@@ -30,6 +31,7 @@ module dynstep_newmark_form
 
    type, public :: newmark_form
       integer :: form = form_predicted           !! one of the forms above
+      integer :: predictor = 0                   !! 0..2, how `predicted` starts
       real(wp) :: h = 0.0_wp                     !! step length
       real(wp) :: half = 0.0_wp                  !! h/2
       real(wp) :: damping = 0.0_wp               !! gamma h,   factor of C in S
@@ -53,20 +55,28 @@ module dynstep_newmark_form
    !> `increment` would lose digits of q for nothing: eps h c/m of the way that is left.
    real(wp), parameter :: damping_limit = 20.0_wp
 
-   !> Above this z `predicted` starts from q_p = q, where the usual a_p = a would cost a factor
-   !> z^2 in q; below, q_p = q costs a factor 1/z in a.
-   real(wp), parameter :: predictor_limit = 2.0_wp
+   !> `predicted` starts from a_p = a, v_p = v or q_p = q.  Error of q in one step: eps z^2, eps z,
+   !> eps; of a: eps, eps, eps/z, with a drift of v at small z.  So q_p = q where all modes have
+   !> z > 2.  Else v_p = v above this sqrt(beta) z of the stiffest mode or gamma h c/m of the most
+   !> damped one, and q_p = q above the second sqrt(beta) z, as for other systems (dynstep_newmark).
+   real(wp), parameter :: predict_velocity_above = sqrt(2.0_wp)
+   real(wp), parameter :: predict_position_above = sqrt(2.0e5_wp)
+
+   integer, parameter :: predict_acceleration = 0   ! a_p = a
+   integer, parameter :: predict_velocity = 1       ! v_p = v
+   integer, parameter :: predict_position = 2       ! q_p = q
 
 contains
 
    !> Form and coefficients for one step length
-   pure subroutine choose_form(self, beta, gamma, h, trapezoidal, softest, stiffest, damped)
+   pure subroutine choose_form(self, beta, gamma, h, trapezoidal, softest, stiffest, slowest, fastest)
       type(newmark_form), intent(out) :: self
       real(wp), intent(in) :: beta, gamma, h
       logical, intent(in) :: trapezoidal        !! beta = 1/4 and gamma = 1/2
       real(wp), intent(in) :: softest           !! lower bound of omega, all modes (0: not known)
       real(wp), intent(in) :: stiffest          !! upper bound of omega, all modes
-      real(wp), intent(in) :: damped            !! lower bound of the damping rate c/m, all modes
+      real(wp), intent(in) :: slowest, fastest  !! bounds of the damping rate c/m, all modes
+      real(wp) :: z
 
       self%h = h
       self%half = 0.5_wp*h
@@ -75,7 +85,7 @@ contains
       if (trapezoidal) then
          if (abs(h)*softest > 2.0_wp) then
             self%form = form_reflected
-         else if (abs(h)*stiffest > increment_limit .or. abs(h)*damped > damping_limit) then
+         else if (abs(h)*stiffest > increment_limit .or. abs(h)*slowest > damping_limit) then
             self%form = form_two_solves
          else
             self%form = form_increment
@@ -83,15 +93,48 @@ contains
          return
       end if
       self%form = form_predicted
-      if (abs(h)*stiffest > predictor_limit .and. beta > 0.0_wp) then
+      self%predictor = predict_acceleration
+      z = sqrt(beta)*(abs(h)*stiffest)
+      if (beta > 0.0_wp .and. (abs(h)*softest > 2.0_wp .or. z > predict_position_above)) then
+         self%predictor = predict_position
          self%a_v = -1.0_wp/(beta*h)
          self%a_a = -(0.5_wp - beta)/beta
          self%v_v = -gamma/beta
          self%v_a = h*(1.0_wp - 0.5_wp*gamma/beta)
+      else if (gamma > 0.0_wp .and. max(z, gamma*abs(h)*fastest) > predict_velocity_above) then
+         self%predictor = predict_velocity
+         self%a_a = (gamma - 1.0_wp)/gamma
+         self%q_v = h
+         self%q_a = h*h*(0.5_wp - beta/gamma)
       else
          self%q_v = h
          self%q_a = 0.5_wp*h*h
          self%v_a = h
       end if
    end subroutine choose_form
+
+   !> Gershgorin's bounds of the eigenvalues of M^-1 A, A = K or C.  The upper one is a guess where
+   !> M has off-diagonals, the lower one needs a diagonal M and a symmetric A, and is 0 without.
+   pure subroutine frequency_bounds(m, a, lower, upper)
+      type(matrix_type), intent(in) :: m, a
+      real(wp), intent(out) :: lower, upper      !! >= 0
+      real(wp) :: sums(m%n), diagonal
+      integer :: i
+
+      call a%absolute_row_sums(sums)
+      lower = huge(lower)
+      upper = 0.0_wp
+      do i = 1, m%n
+         diagonal = abs(m%entry(i, i))
+         if (diagonal > sums(i)*tiny(diagonal)) then
+            upper = max(upper, sums(i)/diagonal)
+            lower = min(lower, max(0.0_wp, 2.0_wp*a%entry(i, i) - sums(i))/diagonal)
+         else
+            upper = huge(upper)
+            lower = 0.0_wp
+         end if
+      end do
+      if (m%kind > kind_diagonal .and. m%n > 1) lower = 0.0_wp
+      if (.not. a%symmetric) lower = 0.0_wp
+   end subroutine frequency_bounds
 end module dynstep_newmark_form

@@ -150,18 +150,23 @@ contains
       end do
    end subroutine test_order
 
-   !> One step of an oscillator over 14 decades of omega h; norm of (q, v/omega)
+   !> One step of an oscillator over 14 decades of omega h; norm of (q, v/omega), 1 at the start.
+   !> Where a is part of the state its own rounding error already moves the result.
    subroutine test_extremes(error)
       type(error_type), allocatable, intent(out) :: error
-      integer :: decade, start, damped
+      integer, parameter :: unconditional(3) = [1, 5, 6]
+      integer :: decade, i, start, damped
       character(len=80) :: what
       real(wp) :: e
-      do damped = 0, 1
-         do decade = -6, 8
-            do start = 1, 24
-               call one_step(1, 10.0_wp**decade*(0.5_wp + 0.3_wp*modulo(start, 7)), start, damped, e)
-               write (what, '("omega h near 1e", i0, ", start ", i0, ", damped ", i0)') decade, start, damped
-               call check(error, e, 0.0_wp, what, thr=5.0e-15_wp)
+      do i = 1, size(unconditional)
+         do damped = 0, 1
+            do decade = -6, 8
+               do start = 1, 24
+                  call one_step(unconditional(i), 10.0_wp**decade*(0.5_wp + 0.3_wp*modulo(start, 7)), start, damped, e)
+                  write (what, '("member ", i0, ", omega h near 1e", i0, ", start ", i0, ", damped ", i0)') &
+                     & unconditional(i), decade, start, damped
+                  call check(error, e, 0.0_wp, what, thr=merge(5.0e-15_wp, 2.0e-14_wp, i == 1))
+               end do
             end do
          end do
       end do
@@ -191,7 +196,7 @@ contains
       call reference_run(sys, members(1, member), members(2, member), clock, 1, y_exact, a_exact)
       call engine_run(sys, members(1, member), members(2, member), end_clock, 1, 1, y, a, status, count)
       e = real(norm2([real(qp) :: y(1) - y_exact(1), (y(2) - y_exact(2))/omega]) &
-         & /norm2([real(qp) :: y_exact(1), y_exact(2)/omega]), wp)
+         & /max(norm2([real(qp) :: y_exact(1), y_exact(2)/omega]), 1.0_qp), wp)
    end subroutine one_step
 
    !> Uncoupled modes keep their accuracy beside much stiffer ones
