@@ -1,18 +1,16 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> System and method of a handle, made from what was set.
 module dynstep_c_assembly
-   use dynstep_c_handle, only: base_midpoint, integrator_type, method_settings
-   use dynstep_extrapolation, only: extrapolation_stepper
+   use dynstep_c_handle, only: integrator_type
+   use dynstep_flat_method, only: build_method
    use dynstep_linear_system, only: load_none
    use dynstep_matrix, only: kind_zero
-   use dynstep_midpoint, only: midpoint_stepper
-   use dynstep_newmark, only: newmark_stepper
    use dynstep_status, only: dynstep_invalid_input
-   use dynstep_stepper, only: allocate_state, stepper_type
+   use dynstep_stepper, only: allocate_state
    implicit none
    private
 
-   public :: assemble, assemble_system, build_method
+   public :: assemble, assemble_system
 
 contains
 
@@ -71,41 +69,4 @@ contains
          structure%mass_is_constant = .true.
       end associate
    end subroutine assemble_mass
-
-   !> The stepper that the settings describe
-   recursive subroutine build_method(settings, stepper)
-      type(method_settings), intent(in) :: settings
-      class(stepper_type), allocatable, intent(out) :: stepper
-      type(extrapolation_stepper), allocatable :: extrapolation
-
-      if (settings%levels < 1) then
-         call build_base(settings, stepper)
-         return
-      end if
-      allocate (extrapolation)
-      call build_base(settings, extrapolation%base)
-      extrapolation%levels = settings%levels
-      extrapolation%sequence = settings%sequence
-      if (allocated(settings%custom)) extrapolation%custom = settings%custom
-      call move_alloc(extrapolation, stepper)
-   end subroutine build_method
-
-   recursive subroutine build_base(settings, stepper)
-      type(method_settings), intent(in) :: settings
-      class(stepper_type), allocatable, intent(out) :: stepper
-      type(newmark_stepper), allocatable :: newmark
-      type(midpoint_stepper), allocatable :: midpoint
-
-      if (settings%base == base_midpoint) then
-         allocate (midpoint)
-         midpoint%newton = settings%newton
-         call move_alloc(midpoint, stepper)
-      else
-         allocate (newmark)
-         newmark%beta = settings%beta
-         newmark%gamma = settings%gamma
-         newmark%newton = settings%newton
-         call move_alloc(newmark, stepper)
-      end if
-   end subroutine build_base
 end module dynstep_c_assembly

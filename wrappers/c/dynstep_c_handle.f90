@@ -16,9 +16,9 @@ module dynstep_c_handle
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_int64_t, c_intptr_t, c_loc, c_null_ptr, c_ptr
    use dynstep_c_points, only: point_buffer
    use dynstep_c_systems, only: c_linear_system, c_observer, c_system
-   use dynstep_equilibrium, only: newton_options
+   use dynstep_flat_method, only: method_settings
    use dynstep_integrate, only: integration_type
-   use dynstep_kinds, only: long, wp
+   use dynstep_kinds, only: long
    use dynstep_matrix, only: identity_matrix, matrix_type, zero_matrix
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_status, only: dynstep_in_use, dynstep_invalid_handle, dynstep_success, status_type
@@ -27,18 +27,6 @@ module dynstep_c_handle
    private
 
    public :: create_handle, destroy_handle, integrator_of, reach, change
-
-   integer, parameter, public :: base_newmark = 1, base_midpoint = 2
-
-   !> The method as it is set, before it is built
-   type, public :: method_settings
-      integer :: base = base_newmark
-      real(wp) :: beta = 0.25_wp, gamma = 0.5_wp
-      type(newton_options) :: newton
-      integer :: levels = 0                      !! 0: no extrapolation
-      integer :: sequence = 0
-      integer, allocatable :: custom(:)
-   end type method_settings
 
    type, public :: integrator_type
       integer :: n = 0

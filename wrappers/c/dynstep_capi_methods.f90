@@ -3,11 +3,11 @@
 module dynstep_capi_methods
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_ptr
-   use dynstep_c_assembly, only: build_method
-   use dynstep_c_handle, only: base_midpoint, base_newmark, change, integrator_type, reach
+   use dynstep_c_handle, only: change, integrator_type, reach
    use dynstep_c_text, only: put_text
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
+   use dynstep_flat_method, only: base_midpoint, base_newmark, build_method
    use dynstep_kinds, only: wp
    use dynstep_sequences, only: sequence_custom, substep_numbers
    use dynstep_status, only: dynstep_invalid_input, dynstep_success

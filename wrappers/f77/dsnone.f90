@@ -1,0 +1,5 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> DSNONE stands for an EXTERNAL subroutine that is not called: FORCE, MASS, TANG, LOAD, OUT.
+recursive subroutine dsnone()
+   implicit none
+end subroutine dsnone

@@ -1,0 +1,222 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The options of the FORTRAN 77 drivers: systems, methods and output from IOPT and ROPT.
+module dynstep_f77_options
+   use dynstep_f77_systems, only: f77_force, f77_linear_system, f77_load, f77_mass, f77_system, f77_tangent
+   use dynstep_flat_method, only: base_midpoint, build_method, method_settings
+   use dynstep_integrate, only: control_type
+   use dynstep_kinds, only: wp
+   use dynstep_linear_system, only: load_procedure
+   use dynstep_matrix, only: banded_matrix, dense_matrix, diagonal_matrix, identity_matrix, kind_banded, &
+      & kind_dense, kind_diagonal, kind_identity, kind_zero, matrix_type, zero_matrix
+   use dynstep_sequences, only: most_levels, sequence_custom, sequence_harmonic
+   use dynstep_status, only: dynstep_invalid_input, status_type
+   use dynstep_stepper, only: stepper_type
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   public :: describe_external, describe_linear, describe_levels, check_levels
+   public :: describe_method, describe_output
+
+   ! Places in IOPT, see the prologue of DSNEWM
+   integer, parameter :: at_every = 1, at_times = 2, at_limit = 3, at_halvings = 4, at_base = 5, at_levels = 6, &
+      & at_sequence = 7, at_coefficients = 8, at_mass = 11, at_tangent = 16, at_given = 20, at_constant = 21, &
+      & at_linear = 22, at_no_velocities = 23, at_custom = 31
+   ! The same of the drivers for matrices, see DSNEWL
+   integer, parameter :: at_damping = 15, at_stiffness = 19, at_load = 23
+   ! Places in ROPT
+   integer, parameter :: at_beta = 1, at_gamma = 2, at_tolerance = 3, at_first_time = 11
+
+   !> Levels of DSNEXT and DSNEXL where none are told
+   integer, parameter :: default_levels = 4
+
+contains
+
+   !> A system from EXTERNAL subroutines and the options that describe their structure
+   recursive subroutine describe_external(n, force, mass, tang, iopt, rpar, ipar, sys, status)
+      integer, intent(in) :: n
+      procedure(f77_force) :: force
+      procedure(f77_mass) :: mass
+      procedure(f77_tangent) :: tang
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(inout), target :: rpar(*)
+      integer, intent(inout), target :: ipar(*)
+      type(f77_system), intent(inout) :: sys
+      type(status_type), intent(inout) :: status
+
+      call check_size(n, status)
+      call check_structure('the mass', at_mass, n, iopt, status)
+      call check_structure('the tangents', at_tangent, n, iopt, status)
+      if (status%failed()) return
+      sys%n = n
+      sys%force_external => force
+      sys%mass_external => mass
+      if (iopt(at_given) /= 0) sys%tangent_external => tang
+      sys%rpar => rpar(1:1)
+      sys%ipar => ipar(1:1)
+      associate (s => sys%structure)
+         s%mass = iopt(at_mass)
+         s%mass_kl = iopt(at_mass + 1)
+         s%mass_ku = iopt(at_mass + 2)
+         s%mass_is_symmetric = iopt(at_mass + 3) == 0
+         s%mass_is_constant = iopt(at_mass) == kind_identity .or. iopt(at_mass + 4) /= 0
+         s%tangent = iopt(at_tangent)
+         if (s%tangent == 0) s%tangent = kind_dense
+         s%kl = iopt(at_tangent + 1)
+         s%ku = iopt(at_tangent + 2)
+         s%tangent_is_symmetric = iopt(at_tangent + 3) /= 0
+         s%tangent_is_constant = iopt(at_constant) /= 0
+         ! difference tangents are good to 1e-8, too little for a single correction
+         s%force_is_linear = iopt(at_linear) /= 0 .and. iopt(at_given) /= 0
+         s%velocity_free = iopt(at_no_velocities) /= 0
+      end associate
+   end subroutine describe_external
+
+   !> A linear system from matrices and the options that describe their structure
+   recursive subroutine describe_linear(n, am, ac, ak, load, iopt, rpar, ipar, sys, status)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: am(*), ac(*), ak(*)
+      procedure(f77_load) :: load
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(inout), target :: rpar(*)
+      integer, intent(inout), target :: ipar(*)
+      type(f77_linear_system), intent(inout) :: sys
+      type(status_type), intent(inout) :: status
+      type(matrix_type) :: m, c, k
+
+      call check_size(n, status)
+      call take_matrix('M', at_mass, kind_identity, n, iopt, am, m, status)
+      call take_matrix('C', at_damping, kind_zero, n, iopt, ac, c, status)
+      call take_matrix('K', at_stiffness, kind_zero, n, iopt, ak, k, status)
+      call sys%set(m, c, k, status)
+      sys%rpar => rpar(1:1)
+      sys%ipar => ipar(1:1)
+      sys%load_external => load
+      if (.not. status%failed() .and. iopt(at_load) /= 0) sys%load_kind = load_procedure
+   end subroutine describe_linear
+
+   recursive subroutine check_size(n, status)
+      integer, intent(in) :: n
+      type(status_type), intent(inout) :: status
+      if (n < 1) call status%set(dynstep_invalid_input, 'N = '//text(n)//' must be 1 or more')
+   end subroutine check_size
+
+   !> IOPT(at), IOPT(at + 1) and IOPT(at + 2) are a kind of matrix and its bandwidths
+   recursive subroutine check_structure(name, at, n, iopt, status)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: at, n
+      integer, intent(in) :: iopt(*)
+      type(status_type), intent(inout) :: status
+      if (status%failed()) return
+      associate (kl => iopt(at + 1), ku => iopt(at + 2))
+         if (iopt(at) < 0 .or. iopt(at) > kind_dense) then
+            call status%set(dynstep_invalid_input, 'IOPT('//text(at)//') = '//text(iopt(at))//', the kind of ' &
+               & //name//', must be 0, 1, 2 or 3')
+         else if (iopt(at) == kind_banded .and. (kl < 0 .or. ku < 0 .or. kl >= n .or. ku >= n)) then
+            call status%set(dynstep_invalid_input, 'IOPT('//text(at + 1)//') = '//text(kl)//' and IOPT(' &
+               & //text(at + 2)//') = '//text(ku)//', the bandwidths of '//name//', must lie between 0 and N - 1 = ' &
+               & //text(n - 1))
+         end if
+      end associate
+   end subroutine check_structure
+
+   !> The matrix that IOPT(at...) describes
+   recursive subroutine take_matrix(name, at, kind_of_none, n, iopt, entries, matrix, status)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: at
+      integer, intent(in) :: kind_of_none         !! what kind 0 stands for
+      integer, intent(in) :: n
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(in) :: entries(*)          !! [rows, n]
+      type(matrix_type), intent(out) :: matrix
+      type(status_type), intent(inout) :: status
+      integer :: rows
+
+      call check_structure(name, at, n, iopt, status)
+      if (status%failed()) return
+      associate (kl => iopt(at + 1), ku => iopt(at + 2), symmetric => iopt(at + 3) == 0)
+         select case (iopt(at))
+         case (kind_diagonal)
+            matrix = diagonal_matrix(entries(:n))
+         case (kind_banded)
+            rows = kl + ku + 1
+            matrix = banded_matrix(reshape(entries(:rows*n), [rows, n]), kl, ku, symmetric)
+         case (kind_dense)
+            matrix = dense_matrix(reshape(entries(:n*n), [n, n]), symmetric)
+         case default
+            matrix = zero_matrix(n)
+            if (kind_of_none == kind_identity) matrix = identity_matrix(n)
+         end select
+      end associate
+   end subroutine take_matrix
+
+   !> Levels of DSNEXT and DSNEXL
+   recursive subroutine describe_levels(iopt, levels, status)
+      integer, intent(in) :: iopt(*)
+      integer, intent(out) :: levels
+      type(status_type), intent(inout) :: status
+      levels = iopt(at_levels)
+      if (levels == 0) levels = default_levels
+      call check_levels('IOPT('//text(at_levels)//')', levels, status)
+   end subroutine describe_levels
+
+   recursive subroutine check_levels(name, levels, status)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: levels
+      type(status_type), intent(inout) :: status
+      if (status%failed() .or. (levels >= 1 .and. levels <= most_levels)) return
+      call status%set(dynstep_invalid_input, name//' = '//text(levels)//', the levels, must be 1 to ' &
+         & //text(most_levels))
+   end subroutine check_levels
+
+   !> The method that the options tell
+   recursive subroutine describe_method(levels, iopt, ropt, stepper, status)
+      integer, intent(in) :: levels               !! 0: no extrapolation
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(in) :: ropt(*)
+      class(stepper_type), allocatable, intent(out) :: stepper
+      type(status_type), intent(inout) :: status
+      type(method_settings) :: method
+
+      if (status%failed()) return
+      if (iopt(at_base) < 0 .or. iopt(at_base) > base_midpoint) then
+         call status%set(dynstep_invalid_input, 'IOPT('//text(at_base)//') = '//text(iopt(at_base))//', the method, ' &
+            & //'must be 0 (Newmark) or 1 (midpoint)')
+         return
+      end if
+      method%base = iopt(at_base)
+      if (iopt(at_coefficients) /= 0) then
+         method%beta = ropt(at_beta)
+         method%gamma = ropt(at_gamma)
+      end if
+      if (iopt(at_limit) /= 0) method%newton%limit = iopt(at_limit)
+      if (iopt(at_halvings) /= 0) method%newton%halvings = max(0, iopt(at_halvings))
+      method%newton%tolerance = ropt(at_tolerance)
+      method%levels = levels
+      method%sequence = iopt(at_sequence)
+      if (method%sequence == 0) method%sequence = sequence_harmonic
+      if (levels > 0 .and. method%sequence == sequence_custom) &
+         & method%custom = iopt(at_custom:at_custom + min(levels, most_levels) - 1)
+      call build_method(method, stepper)
+   end subroutine describe_method
+
+   !> Where OUT is called; `wanted` is false where it is not
+   recursive subroutine describe_output(h, iopt, ropt, control, wanted, status)
+      real(wp), intent(in) :: h
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(in) :: ropt(*)
+      type(control_type), intent(inout) :: control
+      logical, intent(out) :: wanted
+      type(status_type), intent(inout) :: status
+      wanted = iopt(at_every) > 0 .or. iopt(at_times) > 0
+      if (status%failed()) return
+      control%h = h
+      control%every = max(0, iopt(at_every))
+      if (iopt(at_times) < 0 .or. iopt(at_every) < 0) then
+         call status%set(dynstep_invalid_input, 'IOPT(1) = '//text(iopt(at_every))//' and IOPT(2) = ' &
+            & //text(iopt(at_times))//' must not be negative')
+      else if (iopt(at_times) > 0) then
+         control%t_eval = ropt(at_first_time:at_first_time + iopt(at_times) - 1)
+      end if
+   end subroutine describe_output
+end module dynstep_f77_options

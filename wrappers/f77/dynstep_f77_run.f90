@@ -1,0 +1,190 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What the one-call drivers of FORTRAN 77 have in common: options, run, results.
+!>
+!> The drivers are external procedures, which F77 programs call without an interface; the
+!> procedures here have one, as dummy arguments with TARGET need.
+module dynstep_f77_run
+   use dynstep_extrapolation, only: extrapolation_stepper
+   use dynstep_f77_options, only: check_levels, describe_external, describe_levels, describe_linear, &
+      & describe_method, describe_output
+   use dynstep_f77_systems, only: f77_force, f77_linear_system, f77_load, f77_mass, f77_out, f77_output, &
+      & f77_system, f77_tangent
+   use dynstep_integrate, only: control_type, integrate
+   use dynstep_kinds, only: wp
+   use dynstep_mechanical_system, only: mechanical_system
+   use dynstep_status, only: dynstep_stopped, status_type
+   use dynstep_stepper, only: allocate_state, state_type, step_counters, stepper_type
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   public :: run_external, run_linear, table_external
+
+contains
+
+   !> DSNEWM and DSNEXT
+   recursive subroutine run_external(extrapolated, n, force, mass, tang, out, t, q, v, a, tend, h, iopt, ropt, &
+      & rpar, ipar, icnt, idid, message)
+      logical, intent(in) :: extrapolated
+      integer, intent(in) :: n
+      procedure(f77_force) :: force
+      procedure(f77_mass) :: mass
+      procedure(f77_tangent) :: tang
+      procedure(f77_out) :: out
+      real(wp), intent(inout) :: t, q(*), v(*), a(*)
+      real(wp), intent(in) :: tend, h
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(in) :: ropt(*)
+      real(wp), intent(inout), target :: rpar(*)
+      integer, intent(inout), target :: ipar(*)
+      integer, intent(inout) :: icnt(*)
+      integer, intent(out) :: idid
+      character(len=*), intent(out) :: message
+      type(f77_system) :: sys
+      type(status_type) :: status
+
+      call describe_external(n, force, mass, tang, iopt, rpar, ipar, sys, status)
+      call run(sys, extrapolated, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, status)
+      idid = status%code
+      message = status%message
+   end subroutine run_external
+
+   !> DSNEWL and DSNEXL
+   recursive subroutine run_linear(extrapolated, n, am, ac, ak, load, out, t, q, v, a, tend, h, iopt, ropt, &
+      & rpar, ipar, icnt, idid, message)
+      logical, intent(in) :: extrapolated
+      integer, intent(in) :: n
+      real(wp), intent(in) :: am(*), ac(*), ak(*)
+      procedure(f77_load) :: load
+      procedure(f77_out) :: out
+      real(wp), intent(inout) :: t, q(*), v(*), a(*)
+      real(wp), intent(in) :: tend, h
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(in) :: ropt(*)
+      real(wp), intent(inout), target :: rpar(*)
+      integer, intent(inout), target :: ipar(*)
+      integer, intent(inout) :: icnt(*)
+      integer, intent(out) :: idid
+      character(len=*), intent(out) :: message
+      type(f77_linear_system) :: sys
+      type(status_type) :: status
+
+      call describe_linear(n, am, ac, ak, load, iopt, rpar, ipar, sys, status)
+      call run(sys, extrapolated, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, status)
+      idid = status%code
+      message = status%message
+   end subroutine run_linear
+
+   !> DSTABL
+   recursive subroutine table_external(n, force, mass, tang, t, q, v, h, iopt, ropt, rpar, ipar, p, table, number, &
+      & idid, message)
+      integer, intent(in) :: n
+      procedure(f77_force) :: force
+      procedure(f77_mass) :: mass
+      procedure(f77_tangent) :: tang
+      real(wp), intent(in) :: t, q(*), v(*), h
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(in) :: ropt(*)
+      real(wp), intent(inout), target :: rpar(*)
+      integer, intent(inout), target :: ipar(*)
+      integer, intent(in) :: p
+      real(wp), intent(inout) :: table(*)        !! [2n, p, p]
+      integer, intent(inout) :: number(*)        !! [p]
+      integer, intent(out) :: idid
+      character(len=*), intent(out) :: message
+      type(f77_system) :: sys
+      type(status_type) :: status
+      class(stepper_type), allocatable :: stepper
+      type(state_type) :: state
+      type(control_type) :: control
+      real(wp), allocatable :: entries(:, :, :)
+      integer, allocatable :: numbers(:)
+
+      call describe_external(n, force, mass, tang, iopt, rpar, ipar, sys, status)
+      call check_levels('P', p, status)
+      call describe_method(p, iopt, ropt, stepper, status)
+      if (.not. status%failed()) call stepper%init(sys, status)
+      call allocate_state(sys, state, status)
+      if (.not. status%failed()) then
+         state%t = t
+         state%y(1:n) = q(1:n)
+         state%y(n + 1:) = v(1:n)
+         call stepper%start(sys, state, status)
+         control%h = h
+         call integrate(stepper, sys, state, t + h, control, status)
+      end if
+      if (.not. status%failed()) then
+         select type (stepper)
+         class is (extrapolation_stepper)
+            call stepper%get_tableau(entries, numbers)
+            table(:size(entries)) = reshape(entries, [size(entries)])
+            number(:p) = numbers
+         end select
+      end if
+      idid = status%code
+      message = status%message
+   end subroutine table_external
+
+   !> From T to TEND; T, Q, V, A are changed where the start could be made
+   recursive subroutine run(sys, extrapolated, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, status)
+      class(mechanical_system), intent(inout) :: sys
+      logical, intent(in) :: extrapolated
+      procedure(f77_out) :: out
+      real(wp), intent(inout) :: t, q(*), v(*), a(*)
+      real(wp), intent(in) :: tend, h
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(in) :: ropt(*)
+      real(wp), intent(inout), target :: rpar(*)
+      integer, intent(inout), target :: ipar(*)
+      integer, intent(inout) :: icnt(*)
+      type(status_type), intent(inout) :: status
+      class(stepper_type), allocatable :: stepper
+      type(state_type) :: state
+      type(control_type) :: control
+      type(f77_output) :: output
+      integer :: levels
+      logical :: wanted
+
+      icnt(:10) = 0
+      levels = 0
+      if (extrapolated) call describe_levels(iopt, levels, status)
+      call describe_method(levels, iopt, ropt, stepper, status)
+      call describe_output(h, iopt, ropt, control, wanted, status)
+      if (status%failed()) return
+      call stepper%init(sys, status)
+      call allocate_state(sys, state, status)
+      if (status%failed()) return
+      associate (n => sys%n)
+         state%t = t
+         state%y(1:n) = q(1:n)
+         state%y(n + 1:) = v(1:n)
+         call stepper%start(sys, state, status)
+         if (.not. status%failed()) then
+            if (wanted) then
+               output%n = n
+               output%out_external => out
+               output%rpar => rpar(1:1)
+               output%ipar => ipar(1:1)
+               call integrate(stepper, sys, state, tend, control, status, recorder=output)
+            else
+               call integrate(stepper, sys, state, tend, control, status)
+            end if
+            t = state%t
+            q(1:n) = state%y(1:n)
+            v(1:n) = state%y(n + 1:)
+            a(1:n) = state%a
+         end if
+      end associate
+      if (output%stopped) call status%set(dynstep_stopped, 'OUT asked to stop; the run ended at t = '//text(state%t))
+      call give_counts(stepper%count, icnt)
+   end subroutine run
+
+   !> The counters in the order of the prologue, cut to what an INTEGER holds
+   recursive subroutine give_counts(count, icnt)
+      type(step_counters), intent(in) :: count
+      integer, intent(inout) :: icnt(*)
+      icnt(:10) = int(min(int(huge(0), kind(count%steps)), [count%steps, count%substeps, count%rejections, &
+         & count%forces, count%masses, count%tangents, count%factorizations, count%solves, &
+         & count%newton_iterations, count%halvings]))
+   end subroutine give_counts
+end module dynstep_f77_run
