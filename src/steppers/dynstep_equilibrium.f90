@@ -226,9 +226,8 @@ contains
          if (status%failed()) return
       end if
       call self%m%multiply_add(-1.0_wp, a, self%r)
-      norm = maxval(abs(self%r))
-      if (sys%structure%mass_is_constant .or. norm <= huge(norm)) return
-      call check_finite('mass', self%r, t, status)
+      if (.not. sys%structure%mass_is_constant) call check_finite('mass', self%r, t, status)
+      if (.not. status%failed()) norm = maxval(abs(self%r))
    end subroutine residual
 
    !> From the predictor in q, v, a to the equilibrium, in place; `prepare` was called

@@ -305,7 +305,7 @@ contains
       do i = 1, steps
          call predict(self%beta, self%gamma, h, self%equilibrium%stiffness_ratio, q, v, a, q1, v1, a1)
          call sys%force(clock%time(i), q1, v1, f, ierr)
-         if (ierr /= 0 .or. .not. abs(f(1)) <= huge(d)) exit
+         if (ierr /= 0 .or. .not. ieee_is_finite(f(1))) exit
          d = (f(1) - a1(1))*inverse
          q = q1 + c_q*d
          v = v1 + c_v*d

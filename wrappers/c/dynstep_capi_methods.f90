@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Flat C interface: the method of a handle.  `dynstep.h` describes each function.
 module dynstep_capi_methods
-   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_positive_inf, ieee_value
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_ptr
    use dynstep_c_handle, only: change, integrator_type, reach
    use dynstep_c_text, only: put_text
@@ -31,9 +31,9 @@ contains
       type(integrator_type), pointer :: s
       code = reach(handle, s)
       if (code /= dynstep_success) return
-      if (.not. (beta >= 0.0_wp .and. beta <= huge(beta))) then
+      if (.not. is_not_negative(beta)) then
          call s%status%set(dynstep_invalid_input, 'beta = '//text(beta)//' must be 0 or more')
-      else if (.not. (gamma >= 0.0_wp .and. gamma <= huge(gamma))) then
+      else if (.not. is_not_negative(gamma)) then
          call s%status%set(dynstep_invalid_input, 'gamma = '//text(gamma)//' must be 0 or more')
       end if
       code = s%status%code
@@ -43,6 +43,13 @@ contains
       s%method%gamma = gamma
       call change(s)
    end function dynstep_set_newmark
+
+   !> Finite and >= 0; no comparison with a NaN, which may trap
+   pure logical function is_not_negative(x)
+      real(wp), intent(in) :: x
+      is_not_negative = ieee_is_finite(x)
+      if (is_not_negative) is_not_negative = x >= 0.0_wp
+   end function is_not_negative
 
    recursive function dynstep_set_midpoint(handle) result(code) bind(c)
       integer(c_intptr_t), value :: handle
@@ -94,8 +101,8 @@ contains
          call s%status%set(dynstep_invalid_input, 'limit = '//text(limit)//' must be 1 or more')
       else if (halvings < 0) then
          call s%status%set(dynstep_invalid_input, 'halvings = '//text(halvings)//' must be 0 or more')
-      else if (.not. (tolerance >= 0.0_wp .and. tolerance < 1.0_wp)) then
-         call s%status%set(dynstep_invalid_input, 'tolerance = '//text(tolerance)//' must be 0 or more and less than 1')
+      else if (.not. is_not_negative(tolerance)) then
+         call s%status%set(dynstep_invalid_input, 'tolerance = '//text(tolerance)//' must be 0 or more')
       end if
       code = s%status%code
       if (code /= dynstep_success) return
