@@ -271,15 +271,22 @@ static void test_counts(void)
 static void test_texts(void)
 {
     char words[64], short_words[8];
+    const struct { int code; const char *word; } codes[] = {
+        {DYNSTEP_SUCCESS, "success"}, {DYNSTEP_STOPPED, "observer"}, {DYNSTEP_MORE, "allowance"},
+        {DYNSTEP_EVENT, "event"}, {DYNSTEP_INVALID_INPUT, "argument"}, {DYNSTEP_CALLBACK_FAILED, "procedure failed"},
+        {DYNSTEP_NOT_CONVERGED, "Newton"}, {DYNSTEP_SINGULAR_MATRIX, "singular"}, {DYNSTEP_STEP_TOO_SMALL, "too small"},
+        {DYNSTEP_NO_MEMORY, "memory"}, {DYNSTEP_INCONSISTENT_START, "start"}, {DYNSTEP_TOO_MANY_STEPS, "too many"},
+        {DYNSTEP_IN_USE, "in use"}, {DYNSTEP_NOT_FINITE, "finite"}, {DYNSTEP_FILE_ERROR, "file"},
+        {DYNSTEP_INVALID_HANDLE, "handle"}};
     CHECK(dynstep_version() == PROJECT_VERSION);
     CHECK(dynstep_status_text(DYNSTEP_SUCCESS, sizeof words, words) == 0 && strcmp(words, "success") == 0);
     CHECK(dynstep_status_text(DYNSTEP_SUCCESS, sizeof short_words, short_words) == 0);
     CHECK(strcmp(short_words, "success") == 0);
     CHECK(dynstep_status_text(DYNSTEP_IN_USE, sizeof short_words, short_words) == 0 && strlen(short_words) == 7);
-    CHECK(dynstep_status_text(DYNSTEP_INVALID_HANDLE, sizeof words, words) == 0 && strstr(words, "handle"));
-    CHECK(dynstep_status_text(DYNSTEP_NOT_FINITE, sizeof words, words) == 0 && strstr(words, "finite"));
-    CHECK(dynstep_status_text(DYNSTEP_FILE_ERROR, sizeof words, words) == 0 && strstr(words, "file"));
-    CHECK(dynstep_status_text(DYNSTEP_STOPPED, sizeof words, words) == 0 && strstr(words, "observer"));
+    for (size_t i = 0; i < sizeof codes / sizeof *codes; i++) {
+        CHECK(dynstep_status_text(codes[i].code, sizeof words, words) == 0 && strstr(words, codes[i].word) != NULL);
+        if (!strstr(words, codes[i].word)) printf("     code %d: %s\n", codes[i].code, words);
+    }
     CHECK(dynstep_status_text(99, sizeof words, words) == 0 && strstr(words, "unknown"));
     CHECK(dynstep_status_text(0, 0, NULL) == 0);
 }
