@@ -30,6 +30,8 @@ contains
       real(wp), allocatable :: samples(:)
       real(wp) :: step
 
+      interval => null()
+      number => null()
       if (.not. (c_associated(path) .and. c_associated(dt) .and. c_associated(count))) then
          call status%set(dynstep_invalid_input, 'path, dt or count is NULL')
       else if (capacity < 0 .or. (capacity > 0 .and. .not. c_associated(values))) then
