@@ -254,7 +254,7 @@ contains
       if (self%same_as_mass) then
          call factorize_mass(self, sys, t, status, count)
          if (status%failed()) return
-         if (self%kernel == kernel_tiny) call self%tiny%invert(sys%m, self%mass)
+         if (self%kernel == kernel_tiny) call self%tiny%invert(self%form, sys%m, self%mass)
       else
          call factorize(self, sys, h, growing, status, count, t)
          if (growing) call refuse_growing(self, sys, h, t, status, count)
@@ -262,7 +262,7 @@ contains
             status%retry = .true.
             return
          end if
-         if (self%kernel == kernel_tiny) call self%tiny%invert(self%s, self%factor)
+         if (self%kernel == kernel_tiny) call self%tiny%invert(self%form, self%s, self%factor)
          if (self%kernel == kernel_vector) call self%vector%prepare(self%form, self%s, self%factor)
       end if
       if (self%kernel == kernel_modal) call self%modal%prepare(self%beta, self%gamma, h, self%trapezoidal)
@@ -331,11 +331,7 @@ contains
       integer :: done, made, now
 
       if (status%failed()) return
-      call self%prepare(sys, clock%h, clock%time(), status, count)
-      if (self%trapezoidal) then
-         if (complete) call factorize_mass(self, sys, clock%time(), status, count)
-         call evaluate_load(sys, self%n, clock%time(), self%p(:, 0), status, count)
-      end if
+      call begin(self, sys, clock%time(), clock%h, complete, status, count)
       if (status%failed()) return
       now = 0
       done = 0
@@ -347,6 +343,20 @@ contains
       if (self%trapezoidal .and. self%mass_is_ready .and. (complete .or. status%failed())) &
          & call accelerate(self, sys, self%p(:, now), y, a, count)
    end subroutine engine_advance
+
+   !> What steps from time t on need: S, M for the acceleration at the end, the load at t
+   recursive subroutine begin(self, sys, t, h, complete, status, count)
+      class(linear_newmark), intent(inout) :: self
+      class(linear_system), intent(inout) :: sys
+      real(wp), intent(in) :: t, h
+      logical, intent(in) :: complete
+      type(status_type), intent(inout) :: status
+      type(step_counters), intent(inout) :: count
+      if (h /= self%h .or. abs(h) <= 0.0_wp) call self%prepare(sys, h, t, status, count)
+      if (.not. self%trapezoidal) return
+      if (complete .and. .not. self%mass_is_ready) call factorize_mass(self, sys, t, status, count)
+      if (sys%load_kind /= load_none) call evaluate_load(sys, self%n, t, self%p(:, 0), status, count)
+   end subroutine begin
 
    !> Some steps, at most `most` and as many as there is room for loads
    recursive subroutine make_steps(self, sys, clock, most, q, v, a, made, now, status, count)
@@ -406,11 +416,7 @@ contains
       type(step_counters), intent(inout) :: count
 
       if (status%failed()) return
-      call self%prepare(sys, h, t, status, count)
-      if (self%trapezoidal) then
-         if (complete) call factorize_mass(self, sys, t, status, count)
-         call evaluate_load(sys, self%n, t, self%p(:, 0), status, count)
-      end if
+      call begin(self, sys, t, h, complete, status, count)
       call evaluate_load(sys, self%n, t1, self%p(:, 1), status, count)
       if (status%failed()) return
       associate (loaded => sys%load_kind /= load_none)

@@ -29,7 +29,7 @@ module dynstep_linear_tiny
       real(wp) :: m(tiny_order, tiny_order) = 0.0_wp
       real(wp) :: c(tiny_order, tiny_order) = 0.0_wp
       real(wp) :: k(tiny_order, tiny_order) = 0.0_wp
-      real(wp) :: s(tiny_order, tiny_order) = 0.0_wp !! S^-1
+      real(wp) :: s(tiny_order, tiny_order) = 0.0_wp !! scale S^-1
    contains
       procedure :: init => tiny_init
       procedure :: invert => tiny_invert
@@ -61,9 +61,10 @@ contains
       end do
    end subroutine copy
 
-   !> Keep S^-1 of a matrix that has been factorized
-   pure subroutine tiny_invert(self, matrix, factor)
+   !> Keep S^-1 of a matrix that has been factorized, scaled as the form wants it
+   pure subroutine tiny_invert(self, form, matrix, factor)
       class(linear_tiny), intent(inout) :: self
+      type(newmark_form), intent(in) :: form
       type(matrix_type), intent(in) :: matrix
       type(factorization_type), intent(in) :: factor
       real(wp) :: x(self%n)
@@ -83,6 +84,8 @@ contains
             self%s(1:self%n, j) = x
          end do
       end if
+      if (form%form == form_increment) self%s = -form%h*self%s
+      if (form%form == form_reflected) self%s = form%h*self%s
    end subroutine tiny_invert
 
    !> S = L D L^T, then S^-1 = W^T D^-1 W with W = L^-1; reads the lower triangle
@@ -141,7 +144,7 @@ contains
       real(wp), dimension(tiny_order) :: q8, v8, a8
 
       if (form%form == form_increment .and. self%n <= 4) then
-         call advance_unrolled(self%n, form, steps, loaded, p, self%damped, self%c, self%k, self%s, q, v)
+         call advance_unrolled(self%n, form%h, steps, loaded, p, self%damped, self%c, self%k, self%s, q, v)
          return
       end if
       if (form%form == form_predicted .and. self%n == 1) then
@@ -179,10 +182,8 @@ contains
       real(wp), intent(in) :: p(self%n, 0:*)
       real(wp), intent(inout) :: q(tiny_order), v(tiny_order)
       real(wp), dimension(tiny_order) :: r, x, w, load
-      real(wp) :: s(tiny_order, tiny_order)
       integer :: i
 
-      s = -form%h*self%s
       load = 0.0_wp
       do i = 1, steps
          x = q + form%half*v
@@ -195,7 +196,7 @@ contains
             load(1:self%n) = 0.5_wp*(p(:, i - 1) + p(:, i))
             r = r - load
          end if
-         call multiply(s, r, x)
+         call multiply(self%s, r, x)
          q = q + form%h*(v + 0.5_wp*x)
          v = v + x
       end do
@@ -209,10 +210,9 @@ contains
       real(wp), intent(in) :: p(self%n, 0:*)
       real(wp), intent(inout) :: q(tiny_order), v(tiny_order)
       real(wp), dimension(tiny_order) :: r, x, u, load
-      real(wp) :: s(tiny_order, tiny_order), rate
+      real(wp) :: rate
       integer :: i
 
-      s = form%h*self%s
       rate = 2.0_wp/form%h
       load = 0.0_wp
       do i = 1, steps
@@ -224,7 +224,7 @@ contains
          end if
          if (loaded) load(1:self%n) = 0.5_wp*(p(:, i - 1) + p(:, i))
          r = r + form%half*load
-         call multiply(s, r, x)
+         call multiply(self%s, r, x)
          q = x - q
          v = rate*q - u
       end do

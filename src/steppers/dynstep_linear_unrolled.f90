@@ -17,26 +17,23 @@ module dynstep_linear_unrolled
 contains
 
    !> `steps` steps in place, n <= 4
-   pure subroutine advance_unrolled(n, form, steps, loaded, p, damped, c, k, s, q, v)
+   pure subroutine advance_unrolled(n, h, steps, loaded, p, damped, c, k, s, q, v)
       integer, intent(in) :: n
-      type(newmark_form), intent(in) :: form
+      real(wp), intent(in) :: h
       integer, intent(in) :: steps
       logical, intent(in) :: loaded, damped                     !! p, c is read
       real(wp), intent(in) :: p(n, 0:*)                         !! loads at the begin of each step and the end
-      real(wp), intent(in), dimension(tiny_order, tiny_order) :: c, k, s      !! s = S^-1
+      real(wp), intent(in), dimension(tiny_order, tiny_order) :: c, k, s      !! s = -h S^-1
       real(wp), intent(inout) :: q(n), v(n)
-      real(wp) :: hs(tiny_order, 4)
-
-      hs = -form%h*s(:, 1:4)
       select case (n)
       case (1)
-         call increment_1(form%h, steps, loaded, p, damped, c(1, 1), k(1, 1), hs(1, 1), q(1), v(1))
+         call increment_1(h, steps, loaded, p, damped, c(1, 1), k(1, 1), s(1, 1), q(1), v(1))
       case (2)
-         call increment_2(form%h, steps, loaded, p, damped, c, k, hs, q, v)
+         call increment_2(h, steps, loaded, p, damped, c, k, s, q, v)
       case (3)
-         call increment_3(form%h, steps, loaded, p, damped, c, k, hs, q, v)
+         call increment_3(h, steps, loaded, p, damped, c, k, s, q, v)
       case (4)
-         call increment_4(form%h, steps, loaded, p, damped, c, k, hs, q, v)
+         call increment_4(h, steps, loaded, p, damped, c, k, s, q, v)
       end select
    end subroutine advance_unrolled
 

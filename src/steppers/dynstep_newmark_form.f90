@@ -134,7 +134,6 @@ contains
             lower = 0.0_wp
          end if
       end do
-      if (m%kind > kind_diagonal .and. m%n > 1) lower = 0.0_wp
-      if (.not. a%symmetric) lower = 0.0_wp
+      if ((m%kind > kind_diagonal .or. .not. a%symmetric) .and. m%n > 1) lower = 0.0_wp
    end subroutine frequency_bounds
 end module dynstep_newmark_form

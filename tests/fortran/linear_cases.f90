@@ -26,6 +26,10 @@ module linear_cases
       procedure :: load => loaded_load
    end type loaded_system
 
+   !> beta, gamma: trapezoid, linear acceleration, Fox and Goodwin, explicit, damped, backward-like
+   real(wp), parameter, public :: members(2, 6) = reshape([0.25_wp, 0.5_wp, 1.0_wp/6.0_wp, 0.5_wp, 1.0_wp/12.0_wp, 0.5_wp, &
+      & 0.0_wp, 0.5_wp, 0.3025_wp, 0.6_wp, 1.0_wp, 1.5_wp], [2, 6])
+
    character(len=15), parameter, public :: structures(11) = [character(len=15) :: 'diagonal', 'tridiagonal', &
       & 'pentadiagonal', 'band', 'dense', 'tri M', 'penta C', 'diagonal C', 'unsymmetric', 'unsymmetric tri', 'dense M']
 

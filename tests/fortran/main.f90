@@ -4,6 +4,7 @@ program tester
    use test_ground_motion, only: collect_ground_motion
    use test_harness, only: collect_harness
    use test_linalg, only: collect_linalg
+   use test_linear_accuracy, only: collect_linear_accuracy
    use test_linear_newmark, only: collect_linear_newmark
    use test_matrix, only: collect_matrix
    use test_methods, only: collect_methods
@@ -16,6 +17,7 @@ program tester
    call run_tests([ &
       & new_testsuite('harness', collect_harness), &
       & new_testsuite('linear_newmark', collect_linear_newmark), &
+      & new_testsuite('linear_accuracy', collect_linear_accuracy), &
       & new_testsuite('text', collect_text), &
       & new_testsuite('methods', collect_methods), &
       & new_testsuite('ground_motion', collect_ground_motion), &
