@@ -5,7 +5,8 @@
   snippets   a block of code after a line `<!-- from FILE -->` stands in FILE, line for line
   links      relative links lead to files, and to headings that exist
   paths      files of the project that a page names exist
-  codes      docs/howto/errors.md has a heading for each status code of the library
+  codes      docs/howto/errors.md has a section for each status code of the library, which says
+             "Reserved" just where no file of the library gives the code
 
 usage: check_docs.py PROJECT
 """
@@ -63,10 +64,16 @@ def codes(pages, root):
     page = root / "docs/howto/errors.md"
     if page not in pages:
         return
-    source = (root / "src/core/dynstep_status.f90").read_text()
-    for name, number in re.findall(r"parameter, public :: dynstep_(\w+) = (-?\d+)", source):
-        if not re.search(rf"^## {number} `{name}`", pages[page], re.MULTILINE):
+    status = root / "src/core/dynstep_status.f90"
+    listing = root / "src/dynstep.f90"
+    library = "".join(file.read_text() for folder in ("src", "wrappers") for file in (root / folder).rglob("*.f90")
+                      if file not in (status, listing))
+    for name, number in re.findall(r"parameter, public :: dynstep_(\w+) = (-?\d+)", status.read_text()):
+        section = re.search(rf"^## {number} `{name}`\n(.*?)(?=^## |\Z)", pages[page], re.MULTILINE | re.DOTALL)
+        if not section:
             yield f"{page}: there is no heading '## {number} `{name}`'"
+        elif ("Reserved" in section[1]) == bool(re.search(rf"\bdynstep_{name}\b", library)) and name != "success":
+            yield f"{page}: {name} is said to be reserved and is given, or neither"
 
 
 def main(root):

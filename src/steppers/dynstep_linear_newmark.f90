@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Newmark's method for M q'' + C q' + K q = p(t) with constant matrices (Austin 1991,
-!> section 2): one factorization for each step length, no iteration, no callback but LOAD.
+!> eqs. (27), (28)): one factorization for each step length, no iteration, no callback but LOAD.
 !>
 !> PROGRAMMING INTERFACE
 !>

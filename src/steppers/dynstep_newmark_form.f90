@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The form in which Newmark's formulas (Austin 1991, eqs. (3) and (4)) are evaluated for a
+!> The form in which Newmark's formulas (Austin 1991, eqs. (24) and (25)) are evaluated for a
 !> linear system.  All forms are the same in exact arithmetic; they differ in their rounding
 !> errors.  S = M + gamma h C + beta h^2 K, z = omega h.
 !>

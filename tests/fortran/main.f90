@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> All Fortran suites; tests/fortran/meson.build lists their names too.
 program tester
+   use test_bits, only: collect_bits
+   use test_figures, only: collect_figures
    use test_ground_motion, only: collect_ground_motion
    use test_harness, only: collect_harness
    use test_linalg, only: collect_linalg
@@ -25,6 +27,8 @@ program tester
       & new_testsuite('matrix', collect_matrix), &
       & new_testsuite('linalg', collect_linalg), &
       & new_testsuite('singular', collect_singular), &
+      & new_testsuite('figures', collect_figures), &
+      & new_testsuite('bits', collect_bits), &
       & new_testsuite('stability', collect_stability) &
       & ])
 end program tester
