@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Newmark steps of one to four linear equations, in registers.
 !>
-!> Increment form of dynstep_newmark_form, written out; sums are paired so that the chain of
-!> dependent operations is short.  Vectors of two or four numbers would have to be taken apart
+!> Increment form of dynstep_newmark_form, written out for dv/2; sums are paired so that the
+!> chain of dependent operations is short.  Vectors of two or four numbers would have to be taken apart
 !> for each product, so the loops are kept scalar.
 module dynstep_linear_unrolled
    use dynstep_kinds, only: wp
@@ -23,7 +23,7 @@ contains
       integer, intent(in) :: steps
       logical, intent(in) :: loaded, damped                     !! p, c is read
       real(wp), intent(in) :: p(n, 0:*)                         !! loads at the begin of each step and the end
-      real(wp), intent(in), dimension(tiny_order, tiny_order) :: c, k, s      !! s = -h S^-1
+      real(wp), intent(in), dimension(tiny_order, tiny_order) :: c, k, s      !! s = -h/2 S^-1
       real(wp), intent(inout) :: q(n), v(n)
       select case (n)
       case (1)
@@ -42,7 +42,7 @@ contains
       integer, intent(in) :: steps
       logical, intent(in) :: loaded, damped
       real(wp), intent(in) :: p(0:*)
-      real(wp), intent(in) :: c, k, s              !! s = -h S^-1
+      real(wp), intent(in) :: c, k, s              !! s = -h/2 S^-1
       real(wp), intent(inout) :: q, v
       real(wp) :: q1, v1, dv, half, sk
       integer :: i
@@ -53,21 +53,21 @@ contains
       if (loaded) then
          do i = 1, steps
             dv = s*((c*v1 - 0.5_wp*(p(i - 1) + p(i))) + k*(q1 + half*v1))
-            q1 = q1 + h*(v1 + 0.5_wp*dv)
-            v1 = v1 + dv
+            q1 = q1 + h*(v1 + dv)
+            v1 = v1 + (dv + dv)
          end do
       else if (damped) then
          do i = 1, steps
             dv = s*(c*v1 + k*(q1 + half*v1))
-            q1 = q1 + h*(v1 + 0.5_wp*dv)
-            v1 = v1 + dv
+            q1 = q1 + h*(v1 + dv)
+            v1 = v1 + (dv + dv)
          end do
       else
          sk = s*k
          do i = 1, steps
             dv = sk*(q1 + half*v1)
-            q1 = q1 + h*(v1 + 0.5_wp*dv)
-            v1 = v1 + dv
+            q1 = q1 + h*(v1 + dv)
+            v1 = v1 + (dv + dv)
          end do
       end if
       q = q1
@@ -79,7 +79,7 @@ contains
       integer, intent(in) :: steps
       logical, intent(in) :: loaded, damped
       real(wp), intent(in) :: p(2, 0:*)
-      real(wp), intent(in), dimension(tiny_order, 2) :: c, k, s     !! s = -h S^-1
+      real(wp), intent(in), dimension(tiny_order, 2) :: c, k, s     !! s = -h/2 S^-1
       real(wp), intent(inout) :: q(2), v(2)
       real(wp) :: q1, q2, v1, v2, r1, r2, x1, x2, half
       integer :: i
@@ -105,10 +105,10 @@ contains
          end if
          x1 = s(1, 1)*r1 + s(1, 2)*r2
          x2 = s(2, 1)*r1 + s(2, 2)*r2
-         q1 = q1 + h*(v1 + 0.5_wp*x1)
-         q2 = q2 + h*(v2 + 0.5_wp*x2)
-         v1 = v1 + x1
-         v2 = v2 + x2
+         q1 = q1 + h*(v1 + x1)
+         q2 = q2 + h*(v2 + x2)
+         v1 = v1 + (x1 + x1)
+         v2 = v2 + (x2 + x2)
       end do
       q(1) = q1
       q(2) = q2
@@ -121,7 +121,7 @@ contains
       integer, intent(in) :: steps
       logical, intent(in) :: loaded, damped
       real(wp), intent(in) :: p(3, 0:*)
-      real(wp), intent(in), dimension(tiny_order, 3) :: c, k, s     !! s = -h S^-1
+      real(wp), intent(in), dimension(tiny_order, 3) :: c, k, s     !! s = -h/2 S^-1
       real(wp), intent(inout) :: q(3), v(3)
       real(wp) :: q1, q2, q3, v1, v2, v3, r1, r2, r3, x1, x2, x3, half
       integer :: i
@@ -154,12 +154,12 @@ contains
          x1 = (s(1, 1)*r1 + s(1, 2)*r2) + s(1, 3)*r3
          x2 = (s(2, 1)*r1 + s(2, 2)*r2) + s(2, 3)*r3
          x3 = (s(3, 1)*r1 + s(3, 2)*r2) + s(3, 3)*r3
-         q1 = q1 + h*(v1 + 0.5_wp*x1)
-         q2 = q2 + h*(v2 + 0.5_wp*x2)
-         q3 = q3 + h*(v3 + 0.5_wp*x3)
-         v1 = v1 + x1
-         v2 = v2 + x2
-         v3 = v3 + x3
+         q1 = q1 + h*(v1 + x1)
+         q2 = q2 + h*(v2 + x2)
+         q3 = q3 + h*(v3 + x3)
+         v1 = v1 + (x1 + x1)
+         v2 = v2 + (x2 + x2)
+         v3 = v3 + (x3 + x3)
       end do
       q(1) = q1
       q(2) = q2
@@ -174,7 +174,7 @@ contains
       integer, intent(in) :: steps
       logical, intent(in) :: loaded, damped
       real(wp), intent(in) :: p(4, 0:*)
-      real(wp), intent(in), dimension(tiny_order, 4) :: c, k, s     !! s = -h S^-1
+      real(wp), intent(in), dimension(tiny_order, 4) :: c, k, s     !! s = -h/2 S^-1
       real(wp), intent(inout) :: q(4), v(4)
       real(wp) :: q1, q2, q3, q4, v1, v2, v3, v4, r1, r2, r3, r4, x1, x2, x3, x4, half
       integer :: i
@@ -214,14 +214,14 @@ contains
          x2 = (s(2, 1)*r1 + s(2, 2)*r2) + (s(2, 3)*r3 + s(2, 4)*r4)
          x3 = (s(3, 1)*r1 + s(3, 2)*r2) + (s(3, 3)*r3 + s(3, 4)*r4)
          x4 = (s(4, 1)*r1 + s(4, 2)*r2) + (s(4, 3)*r3 + s(4, 4)*r4)
-         q1 = q1 + h*(v1 + 0.5_wp*x1)
-         q2 = q2 + h*(v2 + 0.5_wp*x2)
-         q3 = q3 + h*(v3 + 0.5_wp*x3)
-         q4 = q4 + h*(v4 + 0.5_wp*x4)
-         v1 = v1 + x1
-         v2 = v2 + x2
-         v3 = v3 + x3
-         v4 = v4 + x4
+         q1 = q1 + h*(v1 + x1)
+         q2 = q2 + h*(v2 + x2)
+         q3 = q3 + h*(v3 + x3)
+         q4 = q4 + h*(v4 + x4)
+         v1 = v1 + (x1 + x1)
+         v2 = v2 + (x2 + x2)
+         v3 = v3 + (x3 + x3)
+         v4 = v4 + (x4 + x4)
       end do
       q(1) = q1
       q(2) = q2
