@@ -178,19 +178,20 @@ contains
    subroutine band(width, title, goal)
       integer, intent(in) :: width
       character(len=*), intent(in) :: title, goal
-      integer, parameter :: work = 300000          ! rows and steps in a repeat
+      integer, parameter :: work = 300000          ! rows times steps in a repeat
       real(wp) :: times(3)
-      integer :: n, power, r
+      integer :: n, power, r, steps
       character(len=20) :: name
 
       call print_title(title//', loops and dgbtrs against the library', 'ns/row')
       do power = 3, 5
          n = 10**power
+         steps = max(20, work/n)
          times = huge(1.0_wp)
          do r = 1, repeats
-            times(1) = min(times(1), band_by_hand(width, n, work/n))
-            times(2) = min(times(2), band_by_library(width, n, work/n, .false.))
-            times(3) = min(times(3), band_by_library(width, n, work/n, .true.))
+            times(1) = min(times(1), band_by_hand(width, n, steps))
+            times(2) = min(times(2), band_by_library(width, n, steps, .false.))
+            times(3) = min(times(3), band_by_library(width, n, steps, .true.))
          end do
          write (name, '("n = ", i0)') n
          call print_time(trim(name)//', loops and dgbtrs', times(1))
