@@ -10,7 +10,7 @@ module dynstep_accelerations
    use dynstep_matrix, only: kind_identity, matrix_type
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
-   use dynstep_status, only: dynstep_callback_failed, dynstep_not_finite, status_type
+   use dynstep_status, only: dynstep_callback_failed, dynstep_not_finite, dynstep_singular_matrix, status_type
    use dynstep_stepper, only: state_type, step_counters
    use dynstep_text, only: text
    implicit none
@@ -115,9 +115,11 @@ contains
       count%masses = count%masses + 1
       call check_callback('mass', ierr, t, status)
       if (status%failed()) return
-      call self%factor%factorize(self%m, status, t, 'the mass matrix')
+      call self%factor%factorize(self%m, status, t, 'mass matrix')
       count%factorizations = count%factorizations + 1
       self%known = sys%structure%mass_is_constant .and. .not. status%failed()
+      if (status%code == dynstep_singular_matrix) call status%set(dynstep_singular_matrix, trim(status%message) &
+         & //'; condense coordinates that have no mass, or give them one')
    end subroutine solver_prepare_mass
 
    !> A status from the return code of a user procedure

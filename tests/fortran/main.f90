@@ -10,6 +10,7 @@ program tester
    use test_linear_newmark, only: collect_linear_newmark
    use test_matrix, only: collect_matrix
    use test_methods, only: collect_methods
+   use test_misuse, only: collect_misuse
    use test_models, only: collect_models
    use test_singular, only: collect_singular
    use test_stability, only: collect_stability
@@ -22,6 +23,7 @@ program tester
       & new_testsuite('linear_accuracy', collect_linear_accuracy), &
       & new_testsuite('text', collect_text), &
       & new_testsuite('methods', collect_methods), &
+      & new_testsuite('misuse', collect_misuse), &
       & new_testsuite('ground_motion', collect_ground_motion), &
       & new_testsuite('models', collect_models), &
       & new_testsuite('matrix', collect_matrix), &
