@@ -44,6 +44,7 @@ module dynstep_newmark
       real(wp) :: gamma = 0.5_wp               !! any value >= 0; 1/2: no numerical damping
       type(newton_options) :: newton           !! limits and tolerance of Newton's iteration
       integer, private :: way = way_newton
+      logical, private :: reads_again = .false.   ! way_linear: the matrices may have new entries
       ! allocatable: a system pays for one of them only, and gfortran 12 loses the matrices
       ! inside a plain component when a class(stepper_type) is deallocated
       type(linear_newmark), allocatable, private :: linear           ! way_linear
@@ -117,6 +118,7 @@ contains
          self%way = way_linear
          allocate (self%linear)
          call self%linear%init(sys, self%beta, self%gamma, status)
+         self%reads_again = .false.
       class is (mechanical_system)
          self%way = choose_way(self, sys)
          allocate (self%start_solver)
@@ -154,6 +156,7 @@ contains
       call self%reset()
       select type (sys)
       class is (linear_system)
+         call read_again(self, sys)
          call self%linear%start(sys, state%t, state%y, state%a, status, self%count)
       class is (mechanical_system)
          call self%start_solver%solve(sys, state%t, state%y(1:sys%n), state%y(sys%n + 1:), state%a, &
@@ -166,7 +169,16 @@ contains
       call self%count%zero()
       if (allocated(self%start_solver)) call self%start_solver%forget()
       if (allocated(self%equilibrium)) call self%equilibrium%forget()
+      self%reads_again = .true.
    end subroutine newmark_reset
+
+   !> What the linear engine made of the matrices, made again where `reset` was called
+   recursive subroutine read_again(self, sys)
+      class(newmark_stepper), intent(inout) :: self
+      class(linear_system), intent(in) :: sys
+      if (self%reads_again) call self%linear%reset(sys)
+      self%reads_again = .false.
+   end subroutine read_again
 
    recursive subroutine newmark_try_step(self, sys, state, h, t1, trial, status)
       class(newmark_stepper), intent(inout) :: self
@@ -182,6 +194,7 @@ contains
       class is (linear_system)
          trial%y = state%y
          trial%a = state%a
+         call read_again(self, sys)
          call self%linear%step(sys, state%t, h, t1, trial%y, trial%a, .true., status, self%count)
       class is (mechanical_system)
          associate (n => sys%n)
@@ -262,6 +275,7 @@ contains
       k = clock%k
       select type (sys)
       class is (linear_system)
+         call read_again(self, sys)
          call self%linear%advance(sys, clock, state%y, state%a, steps, complete, status, self%count)
       class is (mechanical_system)
          if (self%way /= way_scalar) then

@@ -45,6 +45,7 @@ contains
    subroutine collect_misuse(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
+         & new_unittest('start reads the matrices again', test_new_entries), &
          & new_unittest('coordinate without mass', test_no_mass)]
    end subroutine collect_misuse
 
@@ -104,6 +105,43 @@ contains
       type(state_type) :: state
       allocate (state%y, source=[spread(1.0_wp, 1, n), spread(0.0_wp, 1, n)])
    end function start_state
+
+   !> Other entries of K, the same structure: as good as new, with every kernel
+   subroutine test_new_entries(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(method_type) :: methods(3), others(3)
+      type(linear_system) :: sys
+      type(state_type) :: state, expected
+      type(status_type) :: status
+      integer :: i, k
+      integer, parameter :: orders(4) = [1, 2, 9, 20]
+      call make_methods(methods)
+      do k = 1, size(orders)
+         call make_methods(others)
+         do i = 1, size(methods)
+            call make_oscillators(sys, orders(k), 100.0_wp)
+            call methods(i)%stepper%init(sys, status)
+            call run_once(methods(i)%stepper, state)
+            sys%k%a = 16.0_wp
+            call run_once(methods(i)%stepper, state)
+            call others(i)%stepper%init(sys, status)
+            call run_once(others(i)%stepper, expected)
+            call check(error, status%code, dynstep_success, trim(status%message))
+            call check(error, maxval(abs(state%y - expected%y)), 0.0_wp, 'new entries', thr=0.0_wp)
+            call check(error, state%y(1), cos(4.0_wp), 'motion', thr=1.0e-3_wp)
+         end do
+      end do
+
+   contains
+
+      subroutine run_once(stepper, end_state)
+         class(stepper_type), intent(inout) :: stepper
+         type(state_type), intent(out) :: end_state
+         end_state = start_state(sys%n)
+         call stepper%start(sys, end_state, status)
+         call integrate(stepper, sys, end_state, 1.0_wp, control_type(h=0.01_wp), status)
+      end subroutine run_once
+   end subroutine test_new_entries
 
    subroutine test_no_mass(error)
       type(error_type), allocatable, intent(out) :: error
