@@ -26,8 +26,9 @@ module dynstep_integrate
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_kinds, only: long, wp
    use dynstep_ode_system, only: ode_system
+   use dynstep_start_check, only: check_state
    use dynstep_status, only: dynstep_invalid_input, dynstep_more, dynstep_stopped, status_type
-   use dynstep_stepper, only: allocate_state, clock_type, state_type, stepper_type
+   use dynstep_stepper, only: allocate_state, clock_type, has_shape, state_type, stepper_type
    use dynstep_text, only: text
    use dynstep_trajectory, only: recorder_type
    implicit none
@@ -134,7 +135,9 @@ contains
 
       if (status%failed()) return
       direction = sign(1.0_wp, t_end - t)
-      if (.not. ieee_is_finite(t_end)) then
+      if (.not. ieee_is_finite(t)) then
+         call status%set(dynstep_invalid_input, 'the time of the state is '//text(t))
+      else if (.not. ieee_is_finite(t_end)) then
          call status%set(dynstep_invalid_input, 't_end = '//text(t_end)//' is not finite')
       else if (.not. ieee_is_finite(control%h)) then
          call status%set(dynstep_invalid_input, 'h = '//text(control%h)//' is not finite')
@@ -173,13 +176,29 @@ contains
       end subroutine refuse
    end subroutine check_control
 
+   !> The method was started, on a state of this system
+   recursive subroutine check_started(stepper, sys, state, status)
+      class(stepper_type), intent(in) :: stepper
+      class(ode_system), intent(in) :: sys
+      type(state_type), intent(in) :: state
+      type(status_type), intent(inout) :: status
+      if (.not. (stepper%is_started .and. stepper%fits(sys))) then
+         call status%set(dynstep_invalid_input, 'the method is not started on this system of n = '//text(sys%n) &
+            & //' unknowns; call init and start before a run')
+         return
+      end if
+      call check_state('the state', sys, state, status)
+      if (status%failed() .or. has_shape(sys, state)) return
+      call status%set(dynstep_invalid_input, 'the state has no accelerations of this system; call start on it before a run')
+   end subroutine check_started
+
    !> True where t_end is reached
    pure logical function integration_finished(self)
       class(integration_type), intent(in) :: self
       integration_finished = self%clock%k >= self%full_steps .and. .not. abs(self%last_step) > 0.0_wp
    end function integration_finished
 
-   !> Go on to t_end, or for max_steps steps and then say dynstep_more
+   !> Go on to t_end, or for max_steps steps and then say dynstep_more.
    recursive subroutine integration_proceed(self, stepper, sys, state, status, recorder, observer, max_steps)
       class(integration_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper
@@ -192,6 +211,8 @@ contains
       integer :: allowed, steps
       logical :: stop_asked
 
+      if (status%failed()) return
+      if (self%fresh) call check_started(stepper, sys, state, status)
       if (status%failed()) return
       if (self%fresh) call record_start(self, state, status, recorder)
       allowed = huge(allowed)

@@ -94,6 +94,8 @@ contains
       type(status_type), intent(inout) :: status
       integer :: j, stat
 
+      if (status%failed()) return
+      call self%note_init()
       call check_size(sys, status)
       call check_base(self, status)
       call substep_numbers(self%sequence, self%levels, self%custom, self%numbers, status)
@@ -118,7 +120,9 @@ contains
       call allocate_state(sys, self%work, status)
       call allocate_state(sys, self%other, status)
       call self%end_solver%init(sys, status)
-      if (.not. status%failed()) self%base_reads_a = self%level(1)%stepper%needs_acceleration()
+      if (status%failed()) return
+      self%base_reads_a = self%level(1)%stepper%needs_acceleration()
+      call self%note_init(sys)
    end subroutine extrapolation_init
 
    !> The expansion in even powers, eq. (13), is that of a symmetric method
@@ -153,11 +157,12 @@ contains
       class(ode_system), intent(inout) :: sys
       type(state_type), intent(inout) :: state
       type(status_type), intent(inout) :: status
-      call check_start(sys, state, status)
+      call check_start(self, sys, state, status)
       if (status%failed()) return
       call self%reset()
       call self%end_solver%complete(sys, state, self%own, status)
       call gather_counts(self)
+      self%is_started = .not. status%failed()
    end subroutine extrapolation_start
 
    recursive subroutine extrapolation_try_step(self, sys, state, h, t1, trial, status)

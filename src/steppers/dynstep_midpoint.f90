@@ -59,6 +59,8 @@ contains
       class(ode_system), intent(inout) :: sys
       type(status_type), intent(inout) :: status
 
+      if (status%failed()) return
+      call self%note_init()
       call check_mechanical('the midpoint rule', sys, status)
       if (status%failed()) return
       if (.not. allocated(self%equilibrium)) allocate (self%equilibrium)
@@ -70,6 +72,7 @@ contains
       call self%end_solver%init(sys, status)
       if (allocated(self%q)) deallocate (self%q, self%v, self%a)
       allocate (self%q(sys%n), self%v(sys%n), self%a(sys%n))
+      if (.not. status%failed()) call self%note_init(sys)
    end subroutine midpoint_init
 
    pure subroutine midpoint_reset(self)
@@ -85,10 +88,11 @@ contains
       class(ode_system), intent(inout) :: sys
       type(state_type), intent(inout) :: state
       type(status_type), intent(inout) :: status
-      call check_start(sys, state, status)
+      call check_start(self, sys, state, status)
       if (status%failed()) return
       call self%reset()
       call self%end_solver%complete(sys, state, self%count, status)
+      self%is_started = .not. status%failed()
    end subroutine midpoint_start
 
    recursive subroutine midpoint_try_step(self, sys, state, h, t1, trial, status)

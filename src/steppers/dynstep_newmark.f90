@@ -102,6 +102,7 @@ contains
       type(status_type), intent(inout) :: status
 
       if (status%failed()) return
+      call self%note_init()
       if (.not. (ieee_is_finite(self%beta) .and. ieee_is_finite(self%gamma) .and. &
          & self%beta >= 0.0_wp .and. self%gamma >= 0.0_wp)) then
          call status%set(dynstep_invalid_input, 'Newmark needs beta >= 0 and gamma >= 0, not ' &
@@ -128,6 +129,7 @@ contains
          self%equilibrium%options = self%newton
          call self%equilibrium%init(sys, status)
       end select
+      if (.not. status%failed()) call self%note_init(sys)
    end subroutine newmark_init
 
    !> The least work that the declared structure allows
@@ -151,7 +153,7 @@ contains
       type(state_type), intent(inout) :: state
       type(status_type), intent(inout) :: status
 
-      call check_start(sys, state, status)
+      call check_start(self, sys, state, status)
       if (status%failed()) return
       call self%reset()
       select type (sys)
@@ -162,6 +164,7 @@ contains
          call self%start_solver%solve(sys, state%t, state%y(1:sys%n), state%y(sys%n + 1:), state%a, &
             & self%count, status)
       end select
+      self%is_started = .not. status%failed()
    end subroutine newmark_start
 
    pure subroutine newmark_reset(self)

@@ -6,12 +6,12 @@ module dynstep_start_check
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_invalid_input, status_type
-   use dynstep_stepper, only: state_type
+   use dynstep_stepper, only: state_type, stepper_type
    use dynstep_text, only: text
    implicit none
    private
 
-   public :: check_mechanical, check_size, check_start
+   public :: check_mechanical, check_size, check_start, check_state
 
 contains
 
@@ -40,34 +40,56 @@ contains
       end select
    end subroutine check_mechanical
 
-   !> Shapes and values of the start
-   recursive subroutine check_start(sys, state, status)
+   !> The method fits the system, and the start is one of it.  What else a state holds gets the
+   !> size that belongs to the system.
+   recursive subroutine check_start(stepper, sys, state, status)
+      class(stepper_type), intent(in) :: stepper
       class(ode_system), intent(in) :: sys
       type(state_type), intent(inout) :: state
       type(status_type), intent(inout) :: status
-      integer :: i
+
       if (status%failed()) return
-      if (.not. allocated(state%y)) then
-         call status%set(dynstep_invalid_input, 'the start has no state vector: allocate_state, then set y = [q; v]')
+      if (.not. stepper%fits(sys)) then
+         call status%set(dynstep_invalid_input, 'the method has not been prepared for this system of n = ' &
+            & //text(sys%n)//' unknowns and its structure; call init before start, and again after changes of these')
          return
       end if
-      if (size(state%y) /= sys%state_size()) then
-         call status%set(dynstep_invalid_input, 'the start has '//text(size(state%y))//' numbers in y, the system ' &
-            & //text(sys%state_size()))
-         return
+      call check_state('the start', sys, state, status)
+      if (status%failed()) return
+      if (allocated(state%a)) then
+         if (size(state%a) /= sys%n) deallocate (state%a)
       end if
-      if (.not. ieee_is_finite(state%t)) then
-         call status%set(dynstep_invalid_input, 'the start time is '//text(state%t))
-         return
-      end if
-      do i = 1, size(state%y)
-         if (ieee_is_finite(state%y(i))) cycle
-         call status%set(dynstep_invalid_input, 'the start has '//text(state%y(i))//' in component '//text(i) &
-            & //' of y = [q; v]')
-         return
-      end do
       if (.not. allocated(state%a)) allocate (state%a(sys%n), source=0.0_wp)
       if (.not. allocated(state%lambda)) allocate (state%lambda(0))
       if (.not. allocated(state%psi)) allocate (state%psi(0))
    end subroutine check_start
+
+   !> t and y have the shape and the values of a state
+   recursive subroutine check_state(name, sys, state, status)
+      character(len=*), intent(in) :: name       !! for the sentence
+      class(ode_system), intent(in) :: sys
+      type(state_type), intent(in) :: state
+      type(status_type), intent(inout) :: status
+      integer :: i
+      if (status%failed()) return
+      if (.not. allocated(state%y)) then
+         call status%set(dynstep_invalid_input, name//' has no state vector: set y = [q; v]')
+         return
+      end if
+      if (size(state%y) /= sys%state_size()) then
+         call status%set(dynstep_invalid_input, name//' has '//text(size(state%y))//' numbers in y, the system ' &
+            & //text(sys%state_size()))
+         return
+      end if
+      if (.not. ieee_is_finite(state%t)) then
+         call status%set(dynstep_invalid_input, 'the time of '//name//' is '//text(state%t))
+         return
+      end if
+      do i = 1, size(state%y)
+         if (ieee_is_finite(state%y(i))) cycle
+         call status%set(dynstep_invalid_input, name//' has '//text(state%y(i))//' in component '//text(i) &
+            & //' of y = [q; v]')
+         return
+      end do
+   end subroutine check_state
 end module dynstep_start_check

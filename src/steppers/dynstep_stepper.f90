@@ -18,14 +18,15 @@
 !>   second thread).  `init` allocates, steps do not.
 module dynstep_stepper
    use dynstep_kinds, only: long, wp
-   use dynstep_mechanical_system, only: mechanical_system
+   use dynstep_linear_system, only: linear_system
+   use dynstep_mechanical_system, only: mechanical_system, structure_type
    use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, status_type
    use dynstep_text, only: text
    implicit none
    private
 
-   public :: advance_by_trials, allocate_state, hermite_point
+   public :: advance_by_trials, allocate_state, has_shape, hermite_point
 
    !> A point of the trajectory
    type, public :: state_type
@@ -82,8 +83,14 @@ module dynstep_stepper
 
    type, abstract, public :: stepper_type
       type(step_counters) :: count            !! work since `start`
+      logical :: is_started = .false.         !! `start` was called after the last `init`
+      integer, private :: n = 0               ! of the system that `init` saw, 0 before
+      logical, private :: is_linear = .false. ! that was a linear_system
+      type(structure_type), private :: structure   ! of that system
       type(state_type), private :: spare      ! second state of `advance`
    contains
+      procedure, non_overridable :: note_init
+      procedure, non_overridable :: fits
       procedure(properties_interface), deferred :: properties
       procedure(init_interface), deferred :: init
       procedure(start_interface), deferred :: start
@@ -135,6 +142,52 @@ module dynstep_stepper
 
 contains
 
+   !> To be called by `init` with the system whose workspace is made, or without one where it is not
+   recursive subroutine note_init(self, sys)
+      class(stepper_type), intent(inout) :: self
+      class(ode_system), intent(in), optional :: sys
+      self%is_started = .false.
+      self%n = 0
+      self%structure = structure_type()
+      if (.not. present(sys)) return
+      self%n = sys%n
+      self%is_linear = is_linear_system(sys)
+      select type (sys)
+      class is (mechanical_system)
+         self%structure = sys%structure
+      end select
+   end subroutine note_init
+
+   !> True where the workspace that `init` made is that for this system
+   pure logical function fits(self, sys)
+      class(stepper_type), intent(in) :: self
+      class(ode_system), intent(in) :: sys
+      fits = self%n == sys%n .and. self%n > 0 .and. (self%is_linear .eqv. is_linear_system(sys))
+      select type (sys)
+      class is (mechanical_system)
+         fits = fits .and. same_structure(self%structure, sys%structure)
+      end select
+   end function fits
+
+   pure logical function is_linear_system(sys)
+      class(ode_system), intent(in) :: sys
+      is_linear_system = .false.
+      select type (sys)
+      class is (linear_system)
+         is_linear_system = .true.
+      end select
+   end function is_linear_system
+
+   pure logical function same_structure(x, y)
+      type(structure_type), intent(in) :: x, y
+      same_structure = all([x%mass, x%mass_kl, x%mass_ku, x%tangent, x%kl, x%ku] &
+         & == [y%mass, y%mass_kl, y%mass_ku, y%tangent, y%kl, y%ku]) .and. all( &
+         & [x%mass_is_constant, x%mass_is_symmetric, x%tangent_is_symmetric, x%tangent_is_constant, &
+         & x%force_is_linear, x%velocity_free] .eqv. &
+         & [y%mass_is_constant, y%mass_is_symmetric, y%tangent_is_symmetric, y%tangent_is_constant, &
+         & y%force_is_linear, y%velocity_free])
+   end function same_structure
+
    pure real(wp) function clock_time(self, ahead)
       class(clock_type), intent(in) :: self
       integer, intent(in), optional :: ahead
@@ -181,10 +234,11 @@ contains
             & //' unknowns; set n >= 1 before init')
          return
       end if
-      if (allocated(state%y)) then
-         if (size(state%y) == sys%state_size() .and. size(state%a) == sys%n) return
-         deallocate (state%y, state%a, state%lambda, state%psi)
-      end if
+      if (has_shape(sys, state)) return
+      if (allocated(state%y)) deallocate (state%y)
+      if (allocated(state%a)) deallocate (state%a)
+      if (allocated(state%lambda)) deallocate (state%lambda)
+      if (allocated(state%psi)) deallocate (state%psi)
       allocate (state%y(sys%state_size()), state%a(sys%n), state%lambda(0), state%psi(0), stat=stat)
       if (stat /= 0) then
          call status%set(dynstep_no_memory, 'no memory for a state of '//text(sys%state_size())//' numbers')
@@ -193,6 +247,14 @@ contains
       state%y = 0.0_wp
       state%a = 0.0_wp
    end subroutine allocate_state
+
+   !> True where the arrays of a state are there and have the lengths that belong to a system
+   pure logical function has_shape(sys, state)
+      class(ode_system), intent(in) :: sys
+      type(state_type), intent(in) :: state
+      has_shape = allocated(state%y) .and. allocated(state%a) .and. allocated(state%lambda) .and. allocated(state%psi)
+      if (has_shape) has_shape = size(state%y) == sys%state_size() .and. size(state%a) == sys%n
+   end function has_shape
 
    !> The trial becomes the state and the state the trial: arrays are exchanged, not copied.
    !> A multistep method overrides this to shift its history.

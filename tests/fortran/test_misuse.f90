@@ -45,6 +45,12 @@ contains
    subroutine collect_misuse(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
+         & new_unittest('start before init', test_start_before_init), &
+         & new_unittest('run before start', test_run_before_start), &
+         & new_unittest('another system than at init', test_another_system), &
+         & new_unittest('levels changed after init', test_levels), &
+         & new_unittest('state of another size', test_state_size), &
+         & new_unittest('state that is not finite', test_state_values), &
          & new_unittest('start reads the matrices again', test_new_entries), &
          & new_unittest('coordinate without mass', test_no_mass)]
    end subroutine collect_misuse
@@ -105,6 +111,154 @@ contains
       type(state_type) :: state
       allocate (state%y, source=[spread(1.0_wp, 1, n), spread(0.0_wp, 1, n)])
    end function start_state
+
+   subroutine test_start_before_init(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(method_type) :: methods(3)
+      type(springs) :: general
+      type(linear_system) :: linear
+      type(state_type) :: state
+      type(status_type) :: status
+      integer :: i
+      general%n = 2
+      call make_oscillators(linear, 2, 1.0_wp)
+      call make_methods(methods)
+      do i = 1, size(methods)
+         state = start_state(2)
+         call status%clear()
+         call methods(i)%stepper%start(general, state, status)
+         call check(error, status%code, dynstep_invalid_input, 'general system')
+         call check(error, index(status%message, 'init') > 0, trim(status%message))
+         call status%clear()
+         call methods(i)%stepper%start(linear, state, status)
+         call check(error, status%code, dynstep_invalid_input, 'linear system')
+      end do
+   end subroutine test_start_before_init
+
+   subroutine test_run_before_start(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(method_type) :: methods(3)
+      type(springs) :: general
+      type(linear_system) :: linear
+      type(state_type) :: state
+      type(status_type) :: status
+      integer :: i
+      general%n = 2
+      call make_oscillators(linear, 2, 1.0_wp)
+      call make_methods(methods)
+      do i = 1, size(methods)
+         call status%clear()
+         state = start_state(2)
+         call integrate(methods(i)%stepper, general, state, 1.0_wp, control_type(h=0.1_wp), status)
+         call check(error, status%code, dynstep_invalid_input, 'no init')
+         call status%clear()
+         call methods(i)%stepper%init(linear, status)
+         call integrate(methods(i)%stepper, linear, state, 1.0_wp, control_type(h=0.1_wp), status)
+         call check(error, status%code, dynstep_invalid_input, 'no start')
+         call check(error, index(status%message, 'start') > 0, trim(status%message))
+         call check(error, state%t, 0.0_wp, 'time', thr=0.0_wp)
+      end do
+   end subroutine test_run_before_start
+
+   !> Of another size, of another kind, of another structure; then init makes it good
+   subroutine test_another_system(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(method_type) :: methods(3)
+      type(springs) :: general
+      type(linear_system) :: linear
+      type(state_type) :: state
+      type(status_type) :: status
+      integer :: i
+      call make_methods(methods)
+      do i = 1, size(methods)
+         general = springs()
+         general%n = 2
+         call make_oscillators(linear, 2, 1.0_wp)
+         call status%clear()
+         call methods(i)%stepper%init(general, status)
+         state = start_state(2)
+         call methods(i)%stepper%start(linear, state, status)
+         call check(error, status%code, dynstep_invalid_input, 'linear for general')
+         call status%clear()
+         call methods(i)%stepper%init(linear, status)
+         call methods(i)%stepper%start(general, state, status)
+         call check(error, status%code, dynstep_invalid_input, 'general for linear')
+         call status%clear()
+         call methods(i)%stepper%init(general, status)
+         general%structure%mass = kind_diagonal
+         call methods(i)%stepper%start(general, state, status)
+         call check(error, status%code, dynstep_invalid_input, 'another structure')
+         call status%clear()
+         call methods(i)%stepper%init(general, status)
+         general%n = 3
+         state = start_state(3)
+         call methods(i)%stepper%start(general, state, status)
+         call check(error, status%code, dynstep_invalid_input, 'another size')
+         call status%clear()
+         call methods(i)%stepper%init(general, status)
+         call methods(i)%stepper%start(general, state, status)
+         call integrate(methods(i)%stepper, general, state, 1.0_wp, control_type(h=0.1_wp), status)
+         call check(error, status%code, dynstep_success, trim(status%message))
+      end do
+   end subroutine test_another_system
+
+   subroutine test_levels(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(extrapolation_stepper) :: stepper
+      type(springs) :: sys
+      type(state_type) :: state
+      type(status_type) :: status
+      sys%n = 1
+      allocate (newmark_stepper :: stepper%base)
+      call stepper%init(sys, status)
+      stepper%levels = 6
+      state = start_state(1)
+      call stepper%start(sys, state, status)
+      call check(error, status%code, dynstep_invalid_input, 'levels')
+   end subroutine test_levels
+
+   !> `start` and `allocate_state` give every array its size, whatever was there before
+   subroutine test_state_size(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(method_type) :: methods(3)
+      type(springs) :: sys
+      type(state_type) :: state
+      type(status_type) :: status
+      integer :: i
+      sys%n = 4
+      call make_methods(methods)
+      do i = 1, size(methods)
+         state = start_state(4)
+         allocate (state%a(1))
+         call methods(i)%stepper%init(sys, status)
+         call methods(i)%stepper%start(sys, state, status)
+         call check(error, size(state%a), 4, 'a '//trim(status%message))
+      end do
+      deallocate (state%a)
+      call allocate_state(sys, state, status)
+      call check(error, size(state%a), 4, 'a is allocated where y was there already')
+   end subroutine test_state_size
+
+   subroutine test_state_values(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(newmark_stepper) :: stepper
+      type(linear_system) :: sys
+      type(state_type) :: state
+      type(status_type) :: status
+      call make_oscillators(sys, 2, 1.0_wp)
+      state = start_state(2)
+      call stepper%init(sys, status)
+      call stepper%start(sys, state, status)
+      state%y(3) = ieee_value(1.0_wp, ieee_quiet_nan)
+      call integrate(stepper, sys, state, 1.0_wp, control_type(h=0.1_wp), status)
+      call check(error, status%code, dynstep_invalid_input, 'y')
+      call check(error, index(status%message, 'component 3') > 0, trim(status%message))
+      state%y(3) = 0.0_wp
+      state%t = ieee_value(1.0_wp, ieee_quiet_nan)
+      call status%clear()
+      call integrate(stepper, sys, state, 1.0_wp, control_type(h=0.1_wp), status)
+      call check(error, status%code, dynstep_invalid_input, 't')
+   end subroutine test_state_values
 
    !> Other entries of K, the same structure: as good as new, with every kernel
    subroutine test_new_entries(error)
