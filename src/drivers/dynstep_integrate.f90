@@ -198,7 +198,8 @@ contains
       integration_finished = self%clock%k >= self%full_steps .and. .not. abs(self%last_step) > 0.0_wp
    end function integration_finished
 
-   !> Go on to t_end, or for max_steps steps and then say dynstep_more.
+   !> Go on to t_end, or for max_steps steps and then say dynstep_more.  News of an earlier call
+   !> in `status` are cleared.
    recursive subroutine integration_proceed(self, stepper, sys, state, status, recorder, observer, max_steps)
       class(integration_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper
@@ -212,6 +213,7 @@ contains
       logical :: stop_asked
 
       if (status%failed()) return
+      call status%clear()
       if (self%fresh) call check_started(stepper, sys, state, status)
       if (status%failed()) return
       if (self%fresh) call record_start(self, state, status, recorder)

@@ -51,6 +51,7 @@ contains
          & new_unittest('levels changed after init', test_levels), &
          & new_unittest('state of another size', test_state_size), &
          & new_unittest('state that is not finite', test_state_values), &
+         & new_unittest('news of an earlier call', test_news), &
          & new_unittest('start reads the matrices again', test_new_entries), &
          & new_unittest('coordinate without mass', test_no_mass)]
    end subroutine collect_misuse
@@ -259,6 +260,35 @@ contains
       call integrate(stepper, sys, state, 1.0_wp, control_type(h=0.1_wp), status)
       call check(error, status%code, dynstep_invalid_input, 't')
    end subroutine test_state_values
+
+   !> The loop of the interface block ends, and a run after a stop ends in success
+   subroutine test_news(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(newmark_stepper) :: stepper
+      type(linear_system) :: sys
+      type(state_type) :: state
+      type(status_type) :: status
+      type(integration_type) :: run
+      type(stops_at) :: observer
+      integer :: calls
+      observer%t = 1.45_wp
+      call make_oscillators(sys, 1, 16.0_wp)
+      state = start_state(1)
+      call stepper%init(sys, status)
+      call stepper%start(sys, state, status)
+      call run%begin(sys, state, 1.0_wp, control_type(h=0.1_wp), status)
+      do calls = 1, 20
+         call run%proceed(stepper, sys, state, status, max_steps=3)
+         if (status%code /= dynstep_more) exit
+      end do
+      call check(error, calls, 4, 'calls')
+      call check(error, status%code, dynstep_success, 'after the last call')
+      call check(error, state%t, 1.0_wp, 'end', thr=0.0_wp)
+      call integrate(stepper, sys, state, 2.0_wp, control_type(h=0.1_wp), status, observer=observer)
+      call check(error, status%code, dynstep_stopped, 'observer')
+      call integrate(stepper, sys, state, 2.0_wp, control_type(h=0.1_wp), status)
+      call check(error, status%code, dynstep_success, 'after a stop')
+   end subroutine test_news
 
    !> Other entries of K, the same structure: as good as new, with every kernel
    subroutine test_new_entries(error)
