@@ -27,8 +27,8 @@ module dynstep_integrate
    use dynstep_kinds, only: long, wp
    use dynstep_ode_system, only: ode_system
    use dynstep_start_check, only: check_state
-   use dynstep_status, only: dynstep_invalid_input, dynstep_more, dynstep_stopped, status_type
-   use dynstep_stepper, only: allocate_state, clock_type, has_shape, state_type, stepper_type
+   use dynstep_status, only: dynstep_invalid_input, dynstep_more, dynstep_not_finite, dynstep_stopped, status_type
+   use dynstep_stepper, only: allocate_state, clock_type, has_shape, state_type, step_counters, stepper_type
    use dynstep_text, only: text
    use dynstep_trajectory, only: recorder_type
    implicit none
@@ -70,6 +70,7 @@ module dynstep_integrate
       integer, private :: next = 1                       ! first t_eval that is not recorded
       logical, private :: fresh = .true.                 ! nothing done since `begin`
       logical, private :: recorded = .false.             ! the present state is recorded
+      integer, private :: longest_block = huge(1)        ! steps that are made at once
       type(state_type), private :: left, point           ! begin of a step, point inside it
    contains
       procedure :: begin => integration_begin
@@ -112,6 +113,7 @@ contains
       self%next = 1
       self%fresh = .true.
       self%recorded = .false.
+      self%longest_block = huge(1)
       span = t_end - state%t
       steps = anint(span/control%h)
       ! h, span and both times carry rounding errors of half a unit each
@@ -261,28 +263,44 @@ contains
       else if (self%control%every > 0) then
          steps = min(steps, self%control%every - mod(self%clock%k, int(self%control%every, long)))
       end if
-      block_length = int(min(steps, int(allowed, long)))
+      block_length = int(min(steps, int(min(allowed, self%longest_block), long)))
    end function block_length
 
-   !> `steps` full steps, or the shorter last one
+   !> `steps` full steps, or the shorter last one.  Where they leave the range of numbers they
+   !> are taken back, and fewer are tried, until the last state that is finite is found.
    recursive subroutine make_steps(self, stepper, sys, state, steps, status)
       class(integration_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper
       class(ode_system), intent(inout) :: sys
       type(state_type), intent(inout) :: state
-      integer, intent(in) :: steps
+      integer, intent(inout) :: steps                    !! steps to make, then those that were made
       type(status_type), intent(inout) :: status
-      type(clock_type) :: clock
-      integer(long) :: k
+      type(clock_type) :: clock, full_clock
+      type(step_counters) :: count
 
-      if (allocated(self%control%t_eval)) call copy_point(state, self%left)
-      if (self%clock%k < self%full_steps) then
-         k = self%clock%k
-         call stepper%advance(sys, state, self%clock, steps, status, complete=.true.)
-         if (self%clock%k > k) self%recorded = .false.
+      full_clock = self%clock
+      count = stepper%count
+      call copy_point(state, self%left)
+      do
+         clock = full_clock
+         if (clock%k >= self%full_steps) clock = clock_type(t0=state%t, h=self%last_step, k=0)
+         call stepper%advance(sys, state, clock, steps, status, complete=.true.)
+         if (all(ieee_is_finite(state%y))) exit
+         call copy_point(self%left, state)
+         stepper%count = count
+         if (steps == 1) then
+            call status%set(dynstep_not_finite, 'the step from t = '//text(state%t)//' leaves the range of numbers; the ' &
+               & //'motion grows, or h = '//text(clock%h)//' is beyond the stability limit of the method', retry=.true.)
+            return
+         end if
+         call status%clear()
+         steps = steps/2
+         self%longest_block = steps
+      end do
+      if (full_clock%k < self%full_steps) then
+         if (clock%k > full_clock%k) self%recorded = .false.
+         self%clock = clock
       else
-         clock = clock_type(t0=state%t, h=self%last_step, k=0)
-         call stepper%advance(sys, state, clock, 1, status, complete=.true.)
          if (status%failed()) return
          self%last_step = 0.0_wp
          self%recorded = .false.

@@ -21,12 +21,13 @@
 !>   numbers with 15.  An extrapolated trapezoid is not unconditionally stable; see
 !>   docs/theory/newmark-extrapolation.md for the limits.
 module dynstep_extrapolation
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: acceleration_solver
    use dynstep_kinds, only: wp
    use dynstep_ode_system, only: ode_system
    use dynstep_sequences, only: extrapolation_weights, sequence_harmonic, substep_numbers
    use dynstep_start_check, only: check_size, check_start
-   use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, status_type
+   use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, dynstep_not_finite, status_type
    use dynstep_stepper, only: allocate_state, clock_type, method_properties, state_type, step_counters, stepper_type
    use dynstep_text, only: text
    implicit none
@@ -159,6 +160,11 @@ contains
       type(status_type), intent(inout) :: status
       call check_start(self, sys, state, status)
       if (status%failed()) return
+      if (self%levels /= size(self%numbers)) then
+         call status%set(dynstep_invalid_input, 'levels = '//text(self%levels)//' were '//text(size(self%numbers)) &
+            & //' at init; call init after a change')
+         return
+      end if
       call self%reset()
       call self%end_solver%complete(sys, state, self%own, status)
       call gather_counts(self)
@@ -235,6 +241,11 @@ contains
       self%y0 = state%y
       call extrapolate(size(state%y), self%levels, self%weights, self%increments, state%y, trial%y)
       trial%t = t1
+      if (.not. all(ieee_is_finite(trial%y))) then
+         call status%set(dynstep_not_finite, 'the step from t = '//text(state%t)//' leaves the range of numbers; the motion ' &
+            & //'grows, or h = '//text(h)//' is beyond the stability limit of the method', retry=.true.)
+         return
+      end if
       if (complete) call self%end_solver%complete(sys, trial, self%own, status)
    end subroutine base_step
 

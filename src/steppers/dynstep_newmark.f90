@@ -25,7 +25,7 @@ module dynstep_newmark
    use dynstep_matrix, only: kind_identity
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
-   use dynstep_status, only: dynstep_invalid_input, status_type
+   use dynstep_status, only: dynstep_invalid_input, dynstep_not_finite, status_type
    use dynstep_start_check, only: check_mechanical, check_start
    use dynstep_stepper, only: advance_by_trials, clock_type, method_properties, state_type, stepper_type
    use dynstep_text, only: text
@@ -124,10 +124,11 @@ contains
          self%way = choose_way(self, sys)
          allocate (self%start_solver)
          call self%start_solver%init(sys, status)
-         if (self%way == way_explicit) return
-         allocate (self%equilibrium)
-         self%equilibrium%options = self%newton
-         call self%equilibrium%init(sys, status)
+         if (self%way /= way_explicit) then
+            allocate (self%equilibrium)
+            self%equilibrium%options = self%newton
+            call self%equilibrium%init(sys, status)
+         end if
       end select
       if (.not. status%failed()) call self%note_init(sys)
    end subroutine newmark_init
@@ -199,6 +200,9 @@ contains
          trial%a = state%a
          call read_again(self, sys)
          call self%linear%step(sys, state%t, h, t1, trial%y, trial%a, .true., status, self%count)
+         if (.not. (status%failed() .or. all(ieee_is_finite(trial%y)))) call status%set(dynstep_not_finite, &
+            & 'the step from t = '//text(state%t)//' leaves the range of numbers; the motion grows, or h = ' &
+            & //text(h)//' is beyond the stability limit of the method', retry=.true.)
       class is (mechanical_system)
          associate (n => sys%n)
             if (self%way == way_explicit) then

@@ -53,6 +53,7 @@ contains
          & new_unittest('state that is not finite', test_state_values), &
          & new_unittest('news of an earlier call', test_news), &
          & new_unittest('start reads the matrices again', test_new_entries), &
+         & new_unittest('motion beyond the range of numbers', test_range), &
          & new_unittest('coordinate without mass', test_no_mass)]
    end subroutine collect_misuse
 
@@ -326,6 +327,50 @@ contains
          call integrate(stepper, sys, end_state, 1.0_wp, control_type(h=0.01_wp), status)
       end subroutine run_once
    end subroutine test_new_entries
+
+   !> Steps beyond the stability limit end in a status, with the last finite state and what was
+   !> recorded before; how the run is cut into blocks does not matter
+   subroutine test_range(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(newmark_stepper) :: stepper
+      type(extrapolation_stepper) :: extrapolation
+      type(linear_system) :: sys
+      type(state_type) :: state, other
+      type(status_type) :: status
+      type(trajectory_type) :: trajectory
+      logical :: halting(size(ieee_usual))
+      call ieee_get_halting_mode(ieee_usual, halting)
+      call ieee_set_halting_mode(ieee_usual, .false.)
+      call make_oscillators(sys, 2, 1.0e4_wp)
+      stepper%beta = 0.0_wp
+      call stepper%init(sys, status)
+      state = start_state(2)
+      call stepper%start(sys, state, status)
+      call integrate(stepper, sys, state, 1000.0_wp, control_type(h=0.1_wp), status)
+      call check(error, status%code, dynstep_not_finite, 'one block')
+      call check(error, all(ieee_is_finite(state%y)), 'one block: state')
+      call check(error, index(status%message, 'stability') > 0, trim(status%message))
+      call check(error, nint(state%t/0.1_wp), int(stepper%count%steps), 'one block: steps')
+      call status%clear()
+      other = start_state(2)
+      call stepper%start(sys, other, status)
+      call integrate(stepper, sys, other, 1000.0_wp, control_type(h=0.1_wp), status, trajectory)
+      call check(error, status%code, dynstep_not_finite, 'recorded')
+      call check(error, other%t, state%t, 'recorded: time', thr=0.0_wp)
+      call check(error, all(abs(other%y - state%y) <= 0.0_wp), 'recorded: state')
+      call check(error, trajectory%t(trajectory%count), other%t, 'recorded: last point', thr=0.0_wp)
+      call status%clear()
+      allocate (newmark_stepper :: extrapolation%base)
+      call extrapolation%init(sys, status)
+      state = start_state(2)
+      call extrapolation%start(sys, state, status)
+      call integrate(extrapolation, sys, state, 1000.0_wp, control_type(h=0.1_wp), status)
+      call check(error, status%code, dynstep_not_finite, 'extrapolation')
+      call check(error, all(ieee_is_finite(state%y)), 'extrapolation: state')
+      call check(error, state%t > 10.0_wp, 'extrapolation: time')
+      call ieee_set_flag(ieee_usual, .false.)
+      call ieee_set_halting_mode(ieee_usual, halting)
+   end subroutine test_range
 
    subroutine test_no_mass(error)
       type(error_type), allocatable, intent(out) :: error
