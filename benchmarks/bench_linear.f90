@@ -166,8 +166,10 @@ contains
       k = 0.0_wp
       do i = 1, n
          k(i, i) = 32.0_wp
-         if (i > 1) k(i, i - 1) = -16.0_wp
-         if (i < n) k(i, i + 1) = -16.0_wp
+      end do
+      do i = 2, n
+         k(i, i - 1) = -16.0_wp
+         k(i - 1, i) = -16.0_wp
       end do
       call sys%set(identity_matrix(n), dense_matrix(0.01_wp*k, .true.), dense_matrix(k, .true.), status)
       if (.not. damped) call sys%set(identity_matrix(n), zero_matrix(n), dense_matrix(k, .true.), status)
