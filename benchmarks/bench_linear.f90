@@ -3,6 +3,7 @@
 !> hand for one purpose.
 program bench_linear
    use bench_clock, only: print_ratio, print_time, print_title, thread_seconds
+   use bench_newmark_by_hand, only: newmark_by_hand
    use dynstep_kinds, only: long, wp
    use dynstep_linear_system, only: linear_system
    use dynstep_matrix, only: banded_matrix, dense_matrix, diagonal_matrix, identity_matrix, zero_matrix
@@ -52,7 +53,7 @@ contains
       by_hand = huge(1.0_wp)
       blocks = huge(1.0_wp)
       do r = 1, repeats
-         by_hand = min(by_hand, inlined(q))
+         by_hand = min(by_hand, newmark_by_hand(q))
          do i = 1, 3
             blocks(i) = min(blocks(i), library(lengths(i), q))
          end do
@@ -65,36 +66,9 @@ contains
       end do
    end subroutine one_equation
 
-   !> The acceleration form, with the reciprocal outside the loop
-   real(wp) function inlined(check)
-      real(wp), intent(out) :: check
-      integer, parameter :: steps = 200000
-      real(wp) :: q, v, a, h, k, m, reciprocal, start
-      integer :: i
-
-      k = 16.0_wp
-      m = 1.0_wp
-      h = 0.002_wp
-      q = 1.0_wp
-      v = 0.0_wp
-      a = -k*q/m
-      start = thread_seconds()
-      reciprocal = 1.0_wp/(m + 0.25_wp*h*h*k)
-      do i = 1, steps
-         q = q + h*v + 0.25_wp*h*h*a
-         v = v + 0.5_wp*h*a
-         a = -(k*q)*reciprocal
-         q = q + 0.25_wp*h*h*a
-         v = v + 0.5_wp*h*a
-      end do
-      inlined = 1.0e9_wp*(thread_seconds() - start)/steps
-      check = q
-      if (abs(q) > 1.1_wp) print *, 'wrong', q, v
-   end function inlined
-
    real(wp) function library(length, check)
       integer, intent(in) :: length               !! steps per call
-      real(wp), intent(inout) :: check            !! result of `inlined`
+      real(wp), intent(inout) :: check            !! result of newmark_by_hand
       integer, parameter :: steps = 200000
       type(linear_system) :: sys
       type(status_type) :: status
