@@ -7,8 +7,9 @@
 !>
 !> The caller evaluates its own function between `perturb` and `collect`:
 !>
+!>     call motion_sizes(q, v, a, q_size, v_size)
 !>     do group = 1, difference_groups(jacobian)
-!>        call perturb(group, jacobian, x, moved)
+!>        call perturb(group, jacobian, x, sizes, moved)
 !>        (r1 = function of moved)
 !>        call collect(group, x, moved, r0, r1, sign, jacobian)
 !>     end do
@@ -18,7 +19,7 @@ module dynstep_differences
    implicit none
    private
 
-   public :: difference_groups, perturb, collect
+   public :: difference_groups, motion_sizes, perturb, collect
 
    !> sqrt(epsilon) balances the truncation error delta/2 f'' against the rounding error
    !> epsilon |f|/delta of a one-sided difference
@@ -41,21 +42,58 @@ contains
       end select
    end function difference_groups
 
-   !> moved = x with the components of one group changed.  A component is changed in
-   !> proportion to its size, but not less than a hundredth of the largest one asks for;
-   !> a zero vector is changed as if its components were 1.
-   pure subroutine perturb(group, jacobian, x, moved)
+   !> Sizes of q and v for differences: that of each component itself, since components have
+   !> different units.  One that is much smaller than what it changes by in the time in which
+   !> the largest component changes (it passes through zero, or starts there) is given a hundredth
+   !> of that change; one that does not move at all, a hundredth of the largest.
+   pure subroutine motion_sizes(q, v, a, q_size, v_size)
+      real(wp), intent(in) :: q(:), v(:), a(:)
+      real(wp), intent(out) :: q_size(:), v_size(:)
+      real(wp) :: time
+      time = time_scale(maxval(abs(q)), maxval(abs(v)), maxval(abs(a)))
+      q_size = abs(q)
+      v_size = abs(v)
+      call raise_small(time*v_size, q_size)
+      call raise_small(abs(q)/time, v_size)
+      where (.not. q_size > 0.0_wp) q_size = 0.01_wp*time**2*abs(a)
+      where (.not. v_size > 0.0_wp) v_size = 0.01_wp*time*abs(a)
+      where (.not. q_size > 0.0_wp) q_size = 0.01_wp*maxval(q_size)
+      where (.not. v_size > 0.0_wp) v_size = 0.01_wp*maxval(v_size)
+      where (.not. q_size > 0.0_wp) q_size = 1.0_wp
+      where (.not. v_size > 0.0_wp) v_size = 1.0_wp
+   end subroutine motion_sizes
+
+   pure elemental subroutine raise_small(change, size)
+      real(wp), intent(in) :: change
+      real(wp), intent(inout) :: size
+      if (size < 1.0e-4_wp*change) size = max(size, 0.01_wp*change)
+   end subroutine raise_small
+
+   !> Time in which q, v change by as much as they are
+   pure real(wp) function time_scale(q, v, a)
+      real(wp), intent(in) :: q, v, a      !! largest components
+      time_scale = 1.0_wp
+      if (min(q, v) > 0.0_wp) then
+         time_scale = q/v
+      else if (min(q, a) > 0.0_wp) then
+         time_scale = sqrt(q/a)
+      else if (min(v, a) > 0.0_wp) then
+         time_scale = v/a
+      end if
+      time_scale = min(max(time_scale, 1.0e-60_wp), 1.0e60_wp)    ! its square must not overflow
+   end function time_scale
+
+   !> moved = x with the components of one group changed in proportion to their sizes
+   pure subroutine perturb(group, jacobian, x, sizes, moved)
       integer, intent(in) :: group                  !! 1 .. difference_groups
       type(matrix_type), intent(in) :: jacobian     !! its structure is read
       real(wp), intent(in) :: x(jacobian%n)
+      real(wp), intent(in) :: sizes(jacobian%n)     !! of either sign: where to move to
       real(wp), intent(out) :: moved(jacobian%n)
-      real(wp) :: least
       integer :: j
-      least = 0.01_wp*maxval(abs(x))
-      if (.not. least > 0.0_wp) least = 1.0_wp
       moved = x
       do j = group, jacobian%n, difference_groups(jacobian)
-         moved(j) = x(j) + relative_step*max(abs(x(j)), least)
+         moved(j) = x(j) + relative_step*sizes(j)
       end do
    end subroutine perturb
 

@@ -15,7 +15,7 @@
 !>   compares what is declared with what the procedures do.  The state vector of a
 !>   mechanical system is y = [q; v], and RHS is provided: y' = [v; M^-1 f].
 module dynstep_mechanical_system
-   use dynstep_differences, only: collect, difference_groups, perturb
+   use dynstep_differences, only: collect, difference_groups, motion_sizes, perturb
    use dynstep_factorization, only: factorization_type
    use dynstep_kinds, only: long, wp
    use dynstep_matrix, only: kind_dense, kind_identity, kind_zero, matrix_type
@@ -44,7 +44,7 @@ module dynstep_mechanical_system
       type(structure_type) :: made_for
       type(matrix_type) :: m
       type(factorization_type) :: m_factor
-      real(wp), allocatable :: vectors(:, :)     ! [n, 3]
+      real(wp), allocatable :: vectors(:, :)     ! [n, 5]
    end type workspace_type
 
    type, abstract, extends(ode_system), public :: mechanical_system
@@ -108,30 +108,54 @@ contains
       type(matrix_type), intent(inout) :: k, c       !! stiffness and damping
       integer, intent(out) :: ierr                   !! 0, > 0 smaller step, < 0 give up
       type(status_type) :: status
-      integer :: group
 
       call prepare_workspace(self, status)
       ierr = -1
       if (status%failed()) return
-      associate (r0 => self%dynstep_workspace%vectors(:, 1), r1 => self%dynstep_workspace%vectors(:, 2), &
-         & moved => self%dynstep_workspace%vectors(:, 3))
+      associate (r0 => self%dynstep_workspace%vectors(:, 1), q_size => self%dynstep_workspace%vectors(:, 4), &
+         & v_size => self%dynstep_workspace%vectors(:, 5))
          call residual(self, t, q, v, a, r0, ierr)
          if (ierr /= 0) return
-         do group = 1, difference_groups(k)
-            call perturb(group, k, q, moved)
-            call residual(self, t, moved, v, a, r1, ierr)
-            if (ierr /= 0) return
-            call collect(group, q, moved, r0, r1, -1.0_wp, k)
-         end do
-         if (c%kind == kind_zero) return
-         do group = 1, difference_groups(c)
-            call perturb(group, c, v, moved)
-            call residual(self, t, q, moved, a, r1, ierr)
-            if (ierr /= 0) return
-            call collect(group, v, moved, r0, r1, -1.0_wp, c)
-         end do
+         call motion_sizes(q, v, a, q_size, v_size)
+         call difference_columns(self, .false., t, q, v, a, r0, q_size, k, ierr)
+         if (ierr == 0 .and. c%kind /= kind_zero) call difference_columns(self, .true., t, q, v, a, r0, v_size, c, ierr)
       end associate
    end subroutine difference_tangent
+
+   !> -dr/dq or -dr/dv; a group that leaves the domain of the force moves the other way
+   recursive subroutine difference_columns(self, by_velocity, t, q, v, a, r0, sizes, jacobian, ierr)
+      class(mechanical_system), intent(inout) :: self
+      logical, intent(in) :: by_velocity
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: q(self%n), v(self%n), a(self%n)
+      real(wp), intent(in) :: r0(self%n)               !! residual there
+      real(wp), intent(inout) :: sizes(self%n)         !! of the components that are changed
+      type(matrix_type), intent(inout) :: jacobian
+      integer, intent(out) :: ierr
+      integer :: group, attempt
+      ierr = 0
+      associate (r1 => self%dynstep_workspace%vectors(:, 2), moved => self%dynstep_workspace%vectors(:, 3))
+         do group = 1, difference_groups(jacobian)
+            do attempt = 1, 2
+               if (by_velocity) then
+                  call perturb(group, jacobian, v, sizes, moved)
+                  call residual(self, t, q, moved, a, r1, ierr)
+               else
+                  call perturb(group, jacobian, q, sizes, moved)
+                  call residual(self, t, moved, v, a, r1, ierr)
+               end if
+               if (ierr <= 0) exit
+               sizes = -sizes
+            end do
+            if (ierr /= 0) return
+            if (by_velocity) then
+               call collect(group, v, moved, r0, r1, -1.0_wp, jacobian)
+            else
+               call collect(group, q, moved, r0, r1, -1.0_wp, jacobian)
+            end if
+         end do
+      end associate
+   end subroutine difference_columns
 
    !> r = f - M a, or r = f where M is constant (its differences vanish)
    recursive subroutine residual(self, t, q, v, a, r, ierr)
@@ -160,7 +184,7 @@ contains
             deallocate (w%vectors)
          end if
          w%made_for = s
-         allocate (w%vectors(self%n, 3))
+         allocate (w%vectors(self%n, 5))
          call w%m%init(s%mass, self%n, s%mass_kl, s%mass_ku, s%mass_is_symmetric, status)
          call w%m_factor%init(s%mass, self%n, s%mass_kl, s%mass_ku, s%mass_is_symmetric, status)
       end associate
