@@ -146,10 +146,10 @@ contains
       type(status_type), intent(inout) :: status
       integer :: i
       ! the comparison abs(x) <= huge(x) would trap at a NaN where a program has set that up
-      if (all(ieee_is_finite(x))) return
       do i = 1, size(x)
          if (.not. ieee_is_finite(x(i))) exit
       end do
+      if (i > size(x)) return
       call status%set(dynstep_not_finite, name//' returned '//text(x(i))//' in component ' &
          & //text(i)//' at t = '//text(t)//'; a smaller step may keep it in its domain', retry=.true.)
    end subroutine check_finite

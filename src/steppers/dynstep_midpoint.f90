@@ -79,7 +79,7 @@ contains
       class(midpoint_stepper), intent(inout) :: self
       call self%count%zero()
       self%has_guess = .false.
-      if (allocated(self%equilibrium)) call self%equilibrium%forget()
+      if (allocated(self%equilibrium)) call self%equilibrium%matrix%forget()
       call self%end_solver%forget()
    end subroutine midpoint_reset
 
@@ -129,8 +129,10 @@ contains
       if (.not. self%has_guess .or. abs(self%t_end - t0) > 0.0_wp) self%a = a0
       self%has_guess = .false.
       associate (n => sys%n, q => self%q, v => self%v, a => self%a)
-         call self%equilibrium%prepare(sys, t0, half**2, half, y(1:n), y(n + 1:), a, self%count, status)
-         if (self%equilibrium%stiffness_ratio > predict_velocity_above) a = 0.0_wp
+         call self%equilibrium%matrix%prepare(sys, t0, t0 + half, half**2, half, y(1:n), y(n + 1:), a, self%count, &
+            & status)
+         if (status%failed()) return
+         if (self%equilibrium%matrix%stiffness_ratio > predict_velocity_above) a = 0.0_wp
          v = y(n + 1:) + half*a
          q = y(1:n) + half*v
          call self%equilibrium%solve(sys, t0 + half, q, v, a, self%count, status)

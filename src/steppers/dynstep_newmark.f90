@@ -172,7 +172,7 @@ contains
       class(newmark_stepper), intent(inout) :: self
       call self%count%zero()
       if (allocated(self%start_solver)) call self%start_solver%forget()
-      if (allocated(self%equilibrium)) call self%equilibrium%forget()
+      if (allocated(self%equilibrium)) call self%equilibrium%matrix%forget()
       self%reads_again = .true.
    end subroutine newmark_reset
 
@@ -241,9 +241,11 @@ contains
 
       c_q = self%beta*h**2
       c_v = self%gamma*h
-      call self%equilibrium%prepare(sys, t0, c_q, c_v, q0, v0, a0, self%count, status)
-      if (status%failed()) return
-      call predict(self%beta, self%gamma, h, self%equilibrium%stiffness_ratio, q0, v0, a0, q1, v1, a1)
+      associate (matrix => self%equilibrium%matrix)
+         call matrix%prepare(sys, t0, t1, c_q, c_v, q0, v0, a0, self%count, status)
+         if (status%failed()) return
+         call predict(self%beta, self%gamma, h, matrix%stiffness_ratio, q0, v0, a0, q1, v1, a1)
+      end associate
       call self%equilibrium%solve(sys, t1, q1, v1, a1, self%count, status)
    end subroutine implicit_step
 
@@ -285,7 +287,7 @@ contains
          call read_again(self, sys)
          call self%linear%advance(sys, clock, state%y, state%a, steps, complete, status, self%count)
       class is (mechanical_system)
-         if (self%way /= way_scalar) then
+         if (.not. may_use_scalars(self, sys, state, clock, status)) then
             call advance_by_trials(self, sys, state, clock, steps, status, complete)
             return
          end if
@@ -301,6 +303,22 @@ contains
       newmark_needs_acceleration = .true.
       if (self%way == way_linear) newmark_needs_acceleration = self%linear%needs_acceleration()
    end function newmark_needs_acceleration
+
+   !> One equation whose tangent the user gives: then one correction is exact
+   recursive logical function may_use_scalars(self, sys, state, clock, status)
+      class(newmark_stepper), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      type(clock_type), intent(in) :: clock
+      type(status_type), intent(inout) :: status
+      may_use_scalars = self%way == way_scalar
+      if (.not. may_use_scalars) return
+      associate (matrix => self%equilibrium%matrix, h => clock%h)
+         call matrix%prepare(sys, clock%time(), clock%time(1), self%beta*h**2, self%gamma*h, &
+            & state%y(1:1), state%y(2:2), state%a, self%count, status)
+         may_use_scalars = matrix%is_exact
+      end associate
+   end function may_use_scalars
 
    !> The same operations as implicit_step with q, v, a in registers: one force and one
    !> correction a step.  This is what a user's own oscillator is stepped with.
@@ -320,13 +338,13 @@ contains
       c_v = self%gamma*h
       q = y(1)
       v = y(2)
-      call self%equilibrium%prepare(sys, clock%time(), c_q, c_v, q, v, a, self%count, status)
       if (status%failed()) return
-      inverse = self%equilibrium%scalar_inverse()
+      inverse = self%equilibrium%matrix%scalar_inverse()
       do i = 1, steps
-         call predict(self%beta, self%gamma, h, self%equilibrium%stiffness_ratio, q, v, a, q1, v1, a1)
+         call predict(self%beta, self%gamma, h, self%equilibrium%matrix%stiffness_ratio, q, v, a, q1, v1, a1)
          call sys%force(clock%time(i), q1, v1, f, ierr)
-         if (ierr /= 0 .or. .not. ieee_is_finite(f(1))) exit
+         if (ierr /= 0) exit
+         if (.not. ieee_is_finite(f(1))) exit
          d = (f(1) - a1(1))*inverse
          q = q1 + c_q*d
          v = v1 + c_v*d

@@ -12,8 +12,10 @@ program tester
    use test_methods, only: collect_methods
    use test_misuse, only: collect_misuse
    use test_models, only: collect_models
+   use test_newton, only: collect_newton
    use test_singular, only: collect_singular
    use test_stability, only: collect_stability
+   use test_stiff, only: collect_stiff
    use test_text, only: collect_text
    use testing, only: new_testsuite, run_tests
    implicit none
@@ -31,6 +33,8 @@ program tester
       & new_testsuite('singular', collect_singular), &
       & new_testsuite('figures', collect_figures), &
       & new_testsuite('bits', collect_bits), &
-      & new_testsuite('stability', collect_stability) &
+      & new_testsuite('stability', collect_stability), &
+      & new_testsuite('newton', collect_newton), &
+      & new_testsuite('stiff', collect_stiff) &
       & ])
 end program tester
