@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Method objects are values with checked options."""
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import dynstep
+from dynstep import Midpoint, MidpointExtrapolation, Newmark, NewmarkExtrapolation, Newton
+
+OBJECTS = [Newmark(), Newmark(0.0), Newmark(0.3, 0.6), Newmark(newton=Newton(limit=7)), Midpoint(),
+           NewmarkExtrapolation(), NewmarkExtrapolation(2, "romberg", 1/6), NewmarkExtrapolation(3, (1, 2, 5)),
+           NewmarkExtrapolation(base=Newmark(1/12)), MidpointExtrapolation(5, "double-harmonic")]
+
+
+@pytest.mark.parametrize("method", OBJECTS, ids=repr)
+def test_repr_copy_pickle_compare(method):
+    assert eval(repr(method), vars(dynstep)) == method
+    assert copy.deepcopy(method) == method == pickle.loads(pickle.dumps(method)) == copy.copy(method)
+    assert hash(copy.copy(method)) == hash(method)
+    assert sum(method == other for other in OBJECTS) == 1
+    assert method != "newmark" and method is not None
+    with pytest.raises(AttributeError):
+        method.newton = None
+
+
+def test_equal_is_what_does_the_same():
+    assert NewmarkExtrapolation(base=Midpoint()) == MidpointExtrapolation()
+    assert NewmarkExtrapolation(base=Newmark(1/6)) == NewmarkExtrapolation(beta=1/6)
+    assert Newmark(np.float64(0.25)) == Newmark() != Newmark(gamma=0.6)
+    assert NewmarkExtrapolation(np.int64(4)) == NewmarkExtrapolation() != NewmarkExtrapolation(levels=5)
+    assert repr(NewmarkExtrapolation()) == "NewmarkExtrapolation(levels=4, sequence='harmonic', beta=0.25)"
+    assert len({Newmark(), Newmark(0.25, 0.5), Midpoint()}) == 2
+
+
+def test_facts():
+    assert [m.order for m in (Newmark(), Newmark(gamma=0.6), Midpoint(), NewmarkExtrapolation(5))] == [2, 1, 2, 10]
+    p = Newmark(0.0).properties
+    assert p.stability_limit == pytest.approx(2.0) and p.symmetric and p.mechanical and "Austin" in p.source
+    assert Newmark().properties.stability_limit == np.inf
+
+
+def test_table_of_methods():
+    table = dynstep.methods()
+    assert {"newmark", "midpoint", "newmark-extrapolation"} <= table.keys()
+    lines = str(table).splitlines()
+    assert len(lines) == len(table) + 1 and lines[0].startswith("method")
+    system = dynstep.LinearSystem(1.0, K=1.0)
+    for name in table:                          # each shorthand is one
+        s = dynstep.solve(system, (0, 1), 1, 0, name, h=0.1)
+        assert s.success and s.method.properties == table[name]
+
+
+@pytest.mark.parametrize("make, error, words", [
+    (lambda: Newmark(-0.1), ValueError, "beta"),
+    (lambda: Newmark(np.nan), ValueError, "beta"),
+    (lambda: Newmark("1/4"), TypeError, "beta"),
+    (lambda: Newmark(0.25, -1), ValueError, "gamma"),
+    (lambda: Newmark(0.25, 0.5, Newton()), TypeError, "positional"),
+    (lambda: Newmark(newton=5), TypeError, "newton"),
+    (lambda: Newton(limit=0), ValueError, "limit"),
+    (lambda: Newton(limit=2.0), TypeError, "limit"),
+    (lambda: Newton(halvings=-1), ValueError, "halvings"),
+    (lambda: Newton(tolerance=1.0), ValueError, "tolerance"),
+    (lambda: NewmarkExtrapolation(0), ValueError, "levels"),
+    (lambda: NewmarkExtrapolation(13), ValueError, "levels"),
+    (lambda: NewmarkExtrapolation(3.5), TypeError, "levels"),
+    (lambda: NewmarkExtrapolation(True), TypeError, "levels"),
+    (lambda: NewmarkExtrapolation(4, "fibonacci"), ValueError, "sequence"),
+    (lambda: NewmarkExtrapolation(4, (1, 2, 3)), ValueError, "sequence"),
+    (lambda: NewmarkExtrapolation(2, (2, 2)), ValueError, "sequence"),
+    (lambda: NewmarkExtrapolation(2, (0, 2)), ValueError, "sequence"),
+    (lambda: NewmarkExtrapolation(2, (1, 2.5)), TypeError, "sequence"),
+    (lambda: NewmarkExtrapolation(2, 7), TypeError, "sequence"),
+    (lambda: NewmarkExtrapolation(base=Newmark(gamma=0.6)), ValueError, "gamma"),
+    (lambda: NewmarkExtrapolation(base="newmark"), TypeError, "base"),
+    (lambda: NewmarkExtrapolation(base=NewmarkExtrapolation()), TypeError, "base"),
+    (lambda: NewmarkExtrapolation(beta=0.1, base=Newmark()), ValueError, "base"),
+    (lambda: NewmarkExtrapolation(beta=-1), ValueError, "beta"),
+    (lambda: NewmarkExtrapolation(gamma=0.6), TypeError, "gamma"),
+    (lambda: MidpointExtrapolation(99), ValueError, "levels"),
+])
+def test_options_out_of_range(make, error, words):
+    with pytest.raises(error, match=words):
+        make()
+
+
+@pytest.mark.parametrize("method, error", [("runge-kutta", ValueError), (4, TypeError), (None, TypeError),
+                                           (Newmark, TypeError)])
+def test_wrong_methods(method, error):
+    with pytest.raises(error, match="method must be"):
+        dynstep.solve(dynstep.LinearSystem(1.0), (0, 1), 1, 0, method, h=0.1)

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Time integrators for mechanical systems, M(t,q,v) q'' = f(t,q,v).
+
+    >>> import dynstep
+    >>> system = dynstep.LinearSystem(M=2.0, K=8.0)
+    >>> solution = dynstep.solve(system, (0, 10), 1.0, 0.0, h=0.1)
+    >>> solution.plot()
+
+Systems: `LinearSystem`, `MechanicalSystem`.  Methods: `Newmark`, `Midpoint`, `NewmarkExtrapolation`,
+`MidpointExtrapolation`; `methods()` shows their facts.  `solve` integrates over an interval, `Integrator` makes
+one step at a time.
+"""
+
+from ._at2 import read_at2
+from ._check import CheckReport, check_system
+from ._compiled import compiled, signature
+from ._core import dynstep_version as _version
+from ._functions import OutOfDomain
+from ._integrator import IntegrationError, Integrator
+from ._linear import LinearSystem
+from ._loads import LoadTable, ground_motion
+from ._matrices import Banded, banded
+from ._mechanical import MechanicalSystem
+from ._methods import (
+    MethodProperties, Midpoint, MidpointExtrapolation, Newmark, NewmarkExtrapolation, Newton, methods)
+from ._solution import Solution
+from ._solve import solve
+
+__version__ = ".".join(str(_version()//k % 100) for k in (10000, 100, 1))
+
+__all__ = [
+    "Banded", "CheckReport", "IntegrationError", "Integrator", "LinearSystem", "LoadTable", "MechanicalSystem",
+    "MethodProperties", "Midpoint", "MidpointExtrapolation", "Newmark", "NewmarkExtrapolation", "Newton", "OutOfDomain",
+    "Solution", "banded", "check_system", "compiled", "ground_motion", "methods", "read_at2", "signature", "solve"]

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One integrator of the library: its handle, its user functions, its errors."""
+
+import threading
+
+from . import _core
+
+# the codes of dynstep.h that the package looks at
+SUCCESS, MORE = 0, 2
+INVALID_INPUT, NO_MEMORY, TOO_MANY_STEPS = -1, -6, -8
+
+_ERRORS = {INVALID_INPUT: ValueError, NO_MEMORY: MemoryError}
+
+
+class Handle:
+    """Owner of a handle of dynstep.h.
+
+    `call` is the one way into the library: it keeps a second thread, and the handle's own user
+    functions, out; it raises what a user function raised, and what is a mistake of the caller.
+    Other codes are the business of the caller.
+    """
+
+    def __init__(self, n):
+        self.address = 0                 # for __del__, should the next line fail
+        self.address = _core.dynstep_new(n)
+        if not self.address:
+            raise MemoryError(f"no memory for an integrator of {n} coordinates")
+        self.n = n
+        self.failure = [None]            # the exception of a user function
+        self.sentence = ""               # of the last failure or stop
+        self._kept = {}                  # what must live as long as the library has its address
+        self._lock = threading.RLock()
+        self._inside = False             # the library is at work
+
+    def __del__(self):
+        if self.address:
+            _core.dynstep_delete(self.address)
+
+    def __enter__(self):
+        """Keep other threads out for several calls."""
+        if not self._lock.acquire(blocking=False):
+            raise RuntimeError("an integrator is used by two threads at once; make one for each")
+        return self
+
+    def __exit__(self, *exception):
+        self._lock.release()
+
+    def call(self, function, *arguments, refuse=True):
+        """Code of a function of the library, or (code, results...); with refuse=False the caller
+        looks at all codes."""
+        with self:
+            if self._inside:
+                raise RuntimeError("an integrator was used from one of its own functions; make another one for that")
+            self._inside = True
+            try:
+                result = function(self.address, *arguments)
+            finally:
+                self._inside = False
+            if self.failure[0] is not None:
+                self._raise()
+            code = result[0] if type(result) is tuple else result
+            if code not in (SUCCESS, MORE):
+                # the sentence now: the next call clears it
+                self.sentence = _core.dynstep_message(self.address)[1].decode(errors="replace").strip()
+                if refuse and code in _ERRORS:
+                    raise _ERRORS[code](self.sentence)
+            return result
+
+    def bind(self, setter, function, *arguments, rows=0, order=None):
+        """Give a user function to the library, or take it away where `function` is None."""
+        address, context, kept = (0, 0, None) if function is None else function.bind(self.failure, rows, order)
+        self.call(setter, address, context, *arguments)
+        self._kept[setter] = kept
+
+    def counts(self):
+        """{name: work since the start}."""
+        return dict(zip(COUNT_NAMES, map(int, self.call(_core.dynstep_counts)[1])))
+
+    def _raise(self):
+        exception, self.failure[0] = self.failure[0], None
+        try:
+            raise exception
+        finally:
+            del exception                # its traceback holds this frame
+
+
+COUNT_NAMES = []
+while (answer := _core.dynstep_count_name(len(COUNT_NAMES)))[0] == SUCCESS:
+    COUNT_NAMES.append(answer[1].decode())
+COUNT_NAMES = tuple(COUNT_NAMES)

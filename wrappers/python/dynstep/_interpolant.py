@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Dense output: the trajectory between recorded steps."""
+
+import numpy as np
+
+
+class Interpolant:
+    """q, v, a at any time of a run; calls like ``sol(t)``.
+
+    Between two steps it is the polynomial of degree 5 through q, v, a at both ends: its error is h^6 in q,
+    h^5 in v, h^4 in a.  A load or force that jumps inside a step spoils that step.
+    """
+
+    def __init__(self, t, q, v, a):
+        self._t, self._qva = t, (q.T, v.T, a.T)
+        self._sign = -1.0 if t.size > 1 and t[-1] < t[0] else 1.0
+
+    @property
+    def t_min(self):
+        return float(min(self._t[0], self._t[-1]))
+
+    @property
+    def t_max(self):
+        return float(max(self._t[0], self._t[-1]))
+
+    def __call__(self, t):
+        """q, v, a at time t (a number: shape (n,)) or at times t (shape (nt,): (n, nt)).
+
+        Raises
+        ------
+        ValueError
+            A time outside the run.
+        """
+        times = np.atleast_1d(np.asarray(t, float))
+        slack = 4*np.spacing(max(abs(self.t_min), abs(self.t_max)))
+        outside = ~((times >= self.t_min - slack) & (times <= self.t_max + slack))
+        if outside.any():
+            raise ValueError(f"t = {times[outside][0]} lies outside the run, {self.t_min} to {self.t_max}")
+        q, v, a = self._at(times)
+        return (q[0], v[0], a[0]) if np.ndim(t) == 0 else (q.T, v.T, a.T)
+
+    def _at(self, times):
+        q, v, a = self._qva
+        if self._t.size == 1:
+            return tuple(np.repeat(x, times.size, axis=0) for x in self._qva)
+        i = np.searchsorted(self._sign*self._t[1:-1], self._sign*times, side="right")
+        h = (self._t[i + 1] - self._t[i])[:, np.newaxis]
+        s = (times - self._t[i])[:, np.newaxis]/h
+        q0, v0, a0, q1, v1, a1 = q[i], v[i], a[i], q[i + 1], v[i + 1], a[i + 1]
+        d0 = (q1 - q0) - h*(v0 + 0.5*h*a0)          # what the parabola misses in q,
+        d1 = h*((v1 - v0) - h*a0)                   # in h v,
+        d2 = h**2*(a1 - a0)                         # in h^2 a
+        c0 = 10*d0 - 4*d1 + 0.5*d2
+        c1 = -15*d0 + 7*d1 - d2
+        c2 = 6*d0 - 3*d1 + 0.5*d2
+        return (q0 + s*(h*v0 + s*(0.5*h**2*a0 + s*(c0 + s*(c1 + s*c2)))),
+                v0 + s*(h*a0 + s*(3*c0 + s*(4*c1 + s*5*c2))/h),
+                a0 + s*(6*c0 + s*(12*c1 + s*20*c2))/h**2)
+
+    def __repr__(self):
+        return f"<interpolant over {self._t.size} points, t = {self.t_min} to {self.t_max}>"

@@ -1,0 +1,310 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Methods and their options.
+
+The objects are values: they compare, hash, copy and pickle, and cannot be changed.  Ranges are
+the library's own: each new object is shown to it once.
+"""
+
+import math
+from dataclasses import dataclass, field, fields
+from typing import NamedTuple
+
+import numpy as np
+
+from . import _core
+from ._arguments import integer, number
+from ._handle import Handle
+
+_SEQUENCES = {"romberg": 1, "bulirsch": 2, "harmonic": 3, "double-harmonic": 4}
+_CUSTOM = 5
+_NO_NUMBERS = np.empty(0, np.int32)
+
+
+class MethodProperties(NamedTuple):
+    """Facts about a method, the same that the library's own drivers read."""
+    name: str
+    source: str                  #: paper and equation
+    order: int                   #: of q and v
+    acceleration_order: int      #: of a
+    multiplier_order: int        #: of multipliers; 0: takes no constraints
+    error_order: int             #: of the error estimate; 0: none
+    stages: int                  #: implicit solves (or force evaluations) a step
+    symmetric: bool              #: may be the base of an extrapolation
+    mechanical: bool             #: needs a mechanical system
+    stability_limit: float       #: largest omega*h at which an undamped oscillator does not grow: inf if there
+                                 #: is none, 0 if it grows at every step, None if not known
+
+
+@dataclass(frozen=True)
+class Newton:
+    """Options of Newton's iteration (Austin 1991, section 7.3); linear systems have none.
+
+    Parameters
+    ----------
+    limit : int
+        Most corrections in a step, >= 1.
+    halvings : int
+        Most halvings of a correction after which the residual is larger, >= 0.
+    tolerance : float
+        Of the correction of q and v, relative to their largest component, 0 <= tolerance < 1.  0, the
+        default, goes on to round-off, as extrapolation wants it.
+    """
+    limit: int = 25
+    halvings: int = 20
+    tolerance: float = 0.0
+
+    def __post_init__(self):
+        _set(self, limit=integer("limit", self.limit, 1), halvings=integer("halvings", self.halvings, 0),
+             tolerance=number("tolerance", self.tolerance, 0.0, math.nextafter(1.0, 0.0)))
+
+
+class Method:
+    """What all methods have: `order`, `properties`, equality by what they do."""
+
+    @property
+    def properties(self):
+        """`MethodProperties`."""
+        handle = Handle(1)
+        self._install(handle)
+        _, name, source, facts, limit = handle.call(_core.dynstep_properties)
+        order, of_a, multipliers, error, stages, symmetric, mechanical = map(int, facts)
+        return MethodProperties(name.decode(), source.decode(), order, of_a, multipliers, error, stages,
+                                bool(symmetric), bool(mechanical), limit if limit >= 0 else None)
+
+    @property
+    def order(self):
+        """Order of q and v."""
+        return self.properties.order
+
+    def _check_newton(self):
+        if self.newton is None:
+            _set(self, newton=Newton())
+        if not isinstance(self.newton, Newton):
+            raise TypeError(f"newton must be a dynstep.Newton(...), not {self.newton!r}")
+
+    def _install(self, handle):
+        for setter, *arguments in self._settings():
+            handle.call(setter, *arguments)
+
+    def _newton_setting(self):
+        return _core.dynstep_set_newton, self.newton.limit, self.newton.halvings, self.newton.tolerance
+
+    def _key(self):
+        return tuple((setter.__name__, *(tuple(a) if isinstance(a, np.ndarray) else a for a in arguments))
+                     for setter, *arguments in self._settings())
+
+    def __eq__(self, other):
+        return self._key() == other._key() if isinstance(other, Method) else NotImplemented
+
+    def __hash__(self):
+        return hash(self._key())
+
+    def __repr__(self):
+        shown = [f"{f.name}={getattr(self, f.name)!r}" for f in fields(self)
+                 if f.name != "newton" and getattr(self, f.name) is not None or
+                 f.name == "newton" and self.newton != Newton()]
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+
+def _set(self, **values):
+    """Set fields of a frozen object while it is made."""
+    for name, value in values.items():
+        object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Newmark(Method):
+    """Newmark's method.
+
+    Parameters
+    ----------
+    beta : float
+        >= 0.  1/4: constant (average) acceleration, unconditionally stable; 1/6: linear acceleration; 1/12: Fox
+        and Goodwin, fourth order for linear systems; 0: central differences, which solve nothing where
+        M is constant and the force has no v.
+    gamma : float
+        >= 0.  1/2: second order, no damping by the method.  More damps, and is of first order.
+    newton : Newton, optional
+        Keyword only.
+
+    Notes
+    -----
+    Austin 1991, eqs. (20)-(25).
+    """
+    beta: float = 0.25
+    gamma: float = 0.5
+    newton: Newton = field(default=None, kw_only=True)
+
+    def __post_init__(self):
+        self._check_newton()
+        _set(self, beta=number("beta", self.beta), gamma=number("gamma", self.gamma))
+        self.properties
+
+    def _settings(self):
+        return ((_core.dynstep_set_newmark, self.beta, self.gamma), self._newton_setting())
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Midpoint(Method):
+    """The implicit midpoint rule, of second order and unconditionally stable.
+
+    Parameters
+    ----------
+    newton : Newton, optional
+        Keyword only.
+    """
+    newton: Newton = field(default=None, kw_only=True)
+
+    def __post_init__(self):
+        self._check_newton()
+
+    def _settings(self):
+        return ((_core.dynstep_set_midpoint,), self._newton_setting())
+
+
+class _Extrapolation(Method):
+    """What the two extrapolations have in common: base, levels, sequence."""
+
+    def _check_levels(self):
+        _set(self, levels=integer("levels", self.levels, 1))
+        if isinstance(self.sequence, str):
+            if self.sequence not in _SEQUENCES:
+                raise ValueError(f"sequence must be one of {', '.join(map(repr, _SEQUENCES))} or integers, "
+                                 f"not {self.sequence!r}")
+            return
+        try:
+            _set(self, sequence=tuple(integer("a number of the sequence", i, 1) for i in self.sequence))
+        except TypeError as error:
+            raise TypeError(f"sequence must be a name or a list of integers ({error})") from None
+
+    def _settings(self):
+        custom = not isinstance(self.sequence, str)
+        numbers = np.array(self.sequence[:self.levels], np.int32) if custom else _NO_NUMBERS
+        return (*self._base()._settings(),
+                (_core.dynstep_set_extrapolation, self.levels, _CUSTOM if custom else _SEQUENCES[self.sequence],
+                 numbers))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NewmarkExtrapolation(_Extrapolation):
+    """Newmark's method, extrapolated to order 2*levels.
+
+    Each step is made `levels` times, in more and more substeps, and the results are combined so that the
+    error's leading terms in h^2, h^4, ... vanish.
+
+    Parameters
+    ----------
+    levels : int
+        1 to 12.
+    sequence : str or sequence of int
+        Numbers of substeps: "harmonic" 1, 2, 3, 4, ... (the least work for an order), "romberg"
+        1, 2, 4, 8, ..., "bulirsch" 1, 2, 4, 6, 8, 12, ..., "double-harmonic" 2, 4, 6, 8, ..., or your own
+        increasing integers.
+    beta : float
+        Of the base, Newmark's method with gamma = 1/2.
+    base : Newmark or Midpoint, optional
+        Another base in place of Newmark(beta), a symmetric one: Newmark with gamma = 1/2, or Midpoint.
+    newton : Newton, optional
+        Keyword only.
+
+    Notes
+    -----
+    Austin 1991, section 4.  No extrapolation is unconditionally stable: see
+    ``properties.stability_limit``.
+    """
+    levels: int = 4
+    sequence: object = "harmonic"
+    beta: float = None
+    base: Method = None
+    newton: Newton = field(default=None, kw_only=True)
+
+    def __post_init__(self):
+        self._check_levels()
+        if self.base is None:
+            self._check_newton()
+            _set(self, beta=0.25 if self.beta is None else number("beta", self.beta))
+        elif not isinstance(self.base, (Newmark, Midpoint)):
+            raise TypeError(f"base must be Newmark(...) or Midpoint(), not {self.base!r}")
+        elif self.beta is not None or self.newton is not None:
+            raise ValueError("beta and newton are options of the base; give them to it")
+        elif not self.base.properties.symmetric:
+            raise ValueError(f"base = {self.base!r} is not symmetric: its error has odd powers of h; use gamma = 0.5")
+        else:
+            _set(self, newton=self.base.newton)
+        self.properties
+
+    def _base(self):
+        return self.base or Newmark(self.beta, newton=self.newton)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MidpointExtrapolation(_Extrapolation):
+    """The implicit midpoint rule, extrapolated to order 2*levels; see :class:`NewmarkExtrapolation`.
+
+    Parameters
+    ----------
+    levels : int
+        1 to 12.
+    sequence : str or sequence of int
+        As for :class:`NewmarkExtrapolation`.
+    newton : Newton, optional
+        Keyword only.
+    """
+    levels: int = 4
+    sequence: object = "harmonic"
+    newton: Newton = field(default=None, kw_only=True)
+
+    def __post_init__(self):
+        self._check_levels()
+        self._check_newton()
+        self.properties
+
+    def _base(self):
+        return Midpoint(newton=self.newton)
+
+
+_NAMED = {
+    "newmark": Newmark(),
+    "linear-acceleration": Newmark(1/6),
+    "fox-goodwin": Newmark(1/12),
+    "central-difference": Newmark(0.0),
+    "midpoint": Midpoint(),
+    "newmark-extrapolation": NewmarkExtrapolation(),
+    "midpoint-extrapolation": MidpointExtrapolation(),
+}
+
+
+def as_method(method):
+    """The method that an object or a shorthand means."""
+    if isinstance(method, Method):
+        return method
+    if isinstance(method, str) and method in _NAMED:
+        return _NAMED[method]
+    raise (ValueError if isinstance(method, str) else TypeError)(
+        f"method must be a method object such as dynstep.Newmark(), or one of {', '.join(map(repr, _NAMED))}; "
+        f"not {method!r}")
+
+
+class MethodTable(dict):
+    """{shorthand: MethodProperties}; prints as a table."""
+
+    def __str__(self):
+        rows = [("method", "order", "of a", "stages", "symmetric", "stable for omega*h", "source")]
+        for name, p in self.items():
+            x = p.stability_limit
+            limit = "unknown" if x is None else "any" if x == math.inf else "none" if x == 0.0 else f"<= {x:.4g}"
+            rows.append((name, str(p.order), str(p.acceleration_order), str(p.stages), "yes" if p.symmetric else "no",
+                         limit, p.source))
+        widths = [max(map(len, column)) for column in zip(*rows)]
+        return "\n".join("  ".join(x.ljust(w) for x, w in zip(row, widths)).rstrip() for row in rows)
+
+
+def methods():
+    """Table of the methods that have a shorthand, with their facts.
+
+    Returns
+    -------
+    MethodTable
+        A dictionary {shorthand: MethodProperties}; ``print(dynstep.methods())`` shows it as a table.
+    """
+    return MethodTable({name: method.properties for name, method in _NAMED.items()})
