@@ -7,6 +7,7 @@
 #define _GNU_SOURCE
 #include <fenv.h>
 #endif
+#include <limits.h>
 #include "checks.h"
 
 enum { N = 2 };
@@ -156,6 +157,7 @@ static void test_wild_handles(void)
                              s ^ ((intptr_t)1 << 50), ~s};
     CHECK(dynstep_new(0) == 0);
     CHECK(dynstep_new(-3) == 0);
+    CHECK(dynstep_new(INT_MAX) == 0);
     CHECK(dynstep_delete(&none) == 0);
     CHECK(dynstep_delete(NULL) == DYNSTEP_INVALID_INPUT);
     for (size_t i = 0; i < sizeof wild / sizeof *wild; i++) {
@@ -220,6 +222,8 @@ static void test_systems(void)
     REFUSES(dynstep_set_load_table(s, N, 2, 0.0, 1.0, times, samples, NULL, 0), DYNSTEP_INVALID_INPUT, "increase");
     REFUSES(dynstep_set_load_table(s, N, 2, 0.0, 1.0, NULL, samples, NULL, 5), DYNSTEP_INVALID_INPUT, "5");
     REFUSES(dynstep_set_load_table(s, 1, 4, 0.0, 1.0, NULL, samples, NULL, 0), DYNSTEP_INVALID_INPUT, "pattern");
+    REFUSES(dynstep_set_load_table(s, 1000000, 1000, 0.0, 1.0, NULL, samples, NULL, 0), DYNSTEP_INVALID_INPUT,
+            "signals = 1000000");
     REFUSES(dynstep_set_load_table(s, 1, 4, 0.0, 1.0, NULL, samples, bad, 0), DYNSTEP_INVALID_INPUT, "pattern");
     samples[2] = INFINITY;
     REFUSES(dynstep_set_load_table(s, N, 2, 0.0, 1.0, NULL, samples, NULL, 0), DYNSTEP_INVALID_INPUT, "sample 2");
@@ -255,7 +259,12 @@ static void test_methods(void)
     REFUSES(dynstep_set_extrapolation(s, 2, 0, 0, NULL), DYNSTEP_INVALID_INPUT, "sequence = 0");
     REFUSES(dynstep_set_extrapolation(s, 2, 6, 0, NULL), DYNSTEP_INVALID_INPUT, "sequence = 6");
     REFUSES(dynstep_set_extrapolation(s, 2, DYNSTEP_CUSTOM, 2, NULL), DYNSTEP_INVALID_INPUT, "custom");
-    REFUSES(dynstep_set_extrapolation(s, 2, DYNSTEP_CUSTOM, 1, falling), DYNSTEP_INVALID_INPUT, "custom");
+    REFUSES(dynstep_set_extrapolation(s, 2, DYNSTEP_CUSTOM, 1, falling), DYNSTEP_INVALID_INPUT, "ncustom = 1");
+    REFUSES(dynstep_set_extrapolation(s, 2, DYNSTEP_CUSTOM, -1, falling), DYNSTEP_INVALID_INPUT, "ncustom = -1");
+    REFUSES(dynstep_set_extrapolation(s, INT_MAX, DYNSTEP_CUSTOM, INT_MAX, falling), DYNSTEP_INVALID_INPUT, "levels");
+    /* numbers that are not used are not read */
+    CHECK(dynstep_set_extrapolation(s, 2, DYNSTEP_CUSTOM, INT_MAX, falling) == 0);
+    CHECK(dynstep_set_extrapolation(s, 0, 0, 0, NULL) == 0);
     REFUSES(dynstep_set_extrapolation(s, 3, DYNSTEP_CUSTOM, 3, falling), DYNSTEP_INVALID_INPUT, "increase");
     REFUSES(dynstep_set_extrapolation(s, 2, DYNSTEP_CUSTOM, 2, zero), DYNSTEP_INVALID_INPUT, "custom");
     REFUSES(dynstep_set_newton(s, 0, 1, 0.0), DYNSTEP_INVALID_INPUT, "limit");

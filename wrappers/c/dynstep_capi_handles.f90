@@ -13,6 +13,8 @@ module dynstep_capi_handles
 
    !> 10000*major + 100*minor + patch
    integer(c_int), parameter :: version = 100
+   !> A state has 2 n numbers, which an int counts
+   integer(c_int), parameter :: most_coordinates = shiftr(huge(0_c_int), 1)
 
 contains
 
@@ -25,7 +27,7 @@ contains
       integer(c_int), value :: n
       integer(c_intptr_t) :: handle
       handle = 0
-      if (n >= 1) handle = create_handle(int(n))
+      if (n >= 1 .and. n <= most_coordinates) handle = create_handle(int(n))
    end function dynstep_new
 
    recursive function dynstep_delete(handle) result(code) bind(c)

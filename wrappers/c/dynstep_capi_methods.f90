@@ -9,7 +9,7 @@ module dynstep_capi_methods
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_flat_method, only: base_midpoint, base_newmark, build_method
    use dynstep_kinds, only: wp
-   use dynstep_sequences, only: sequence_custom, substep_numbers
+   use dynstep_sequences, only: most_levels, sequence_custom, substep_numbers
    use dynstep_status, only: dynstep_invalid_input, dynstep_success
    use dynstep_stepper, only: method_properties, stepper_type
    use dynstep_text, only: text
@@ -73,10 +73,14 @@ contains
       code = reach(handle, s)
       if (code /= dynstep_success) return
       if (levels > 0 .and. sequence == sequence_custom) then
-         if (ncustom < 1 .or. .not. c_associated(custom)) then
-            call s%status%set(dynstep_invalid_input, 'custom is NULL, or ncustom = '//text(ncustom)//' is less than 1')
-         else
-            call c_f_pointer(custom, given, [ncustom])
+         if (.not. c_associated(custom)) then
+            call s%status%set(dynstep_invalid_input, 'custom is NULL')
+         else if (ncustom < levels) then
+            call s%status%set(dynstep_invalid_input, 'ncustom = '//text(ncustom)//' numbers are not enough for levels = ' &
+               & //text(levels))
+         else if (levels <= most_levels) then
+            ! no more than are used are read
+            call c_f_pointer(custom, given, [levels])
             own = given
          end if
       end if

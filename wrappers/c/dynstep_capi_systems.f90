@@ -212,6 +212,9 @@ contains
       if (signals < 1 .or. ns < 2) then
          call s%status%set(dynstep_invalid_input, 'signals = '//text(signals)//' and ns = '//text(ns) &
             & //': a load table needs at least one signal and two samples')
+      else if (signals /= s%n .and. .not. c_associated(pattern)) then
+         call s%status%set(dynstep_invalid_input, 'signals = '//text(signals)//' must be n = '//text(s%n) &
+            & //' where pattern is NULL')
       else if (.not. c_associated(samples)) then
          call s%status%set(dynstep_invalid_input, 'samples is NULL')
       end if

@@ -141,7 +141,8 @@ typedef int dynstep_observer(int n, double t, const double *q, const double *v, 
 int dynstep_version(void);
 
 /* Integrator of a system of n >= 1 coordinates, by default with Newmark's method, beta = 1/4 and
- * gamma = 1/2.  0 where n < 1, where the memory is used up, or where addresses have more than 48 bits. */
+ * gamma = 1/2.  0 where n < 1 or n > INT_MAX/2, where the memory is used up, or where addresses have more
+ * than 48 bits. */
 intptr_t dynstep_new(int n);
 
 /* Free the integrator and set *handle to 0.  A handle of 0 is left alone. */
@@ -212,7 +213,8 @@ int dynstep_set_midpoint(intptr_t handle);
 /* Extrapolation of order 2*levels over the method above.
  *   levels             1..DYNSTEP_MAX_LEVELS; 0 takes the extrapolation away
  *   sequence           enum dynstep_sequence
- *   ncustom, custom    for DYNSTEP_CUSTOM: at least `levels` increasing numbers, 1..30000; else 0, NULL */
+ *   ncustom, custom    for DYNSTEP_CUSTOM: increasing numbers, 1..30000, of which `levels` are read; else 0,
+ *                      NULL */
 int dynstep_set_extrapolation(intptr_t handle, int levels, int sequence, int ncustom, const int *custom);
 
 /* Newton's iteration: most corrections per step (>= 1, default 25), most halvings of one (>= 0, default
