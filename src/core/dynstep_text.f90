@@ -59,8 +59,11 @@ contains
          if (word(1:1) == '.') word = '0'//word(:23)
          if (word(1:2) == '-.') word = '-0'//word(2:)
       else if (abs(x) > 0.0_wp) then
-         write (word, '(es12.5)') x
+         ! without its width the exponent of 1e100 has no E
+         write (word, '(es13.5e3)') x
          word = adjustl(word)
+         last = index(word, 'E') + 2
+         if (word(last:last) == '0') word(last:) = word(last + 1:)
       else
          word = '0'
       end if

@@ -133,7 +133,7 @@ contains
       call self%m%add_to(1.0_wp, self%s)
       call self%c%add_to(self%c_v, self%s)
       call self%k%add_to(self%c_q, self%s)
-      call self%factor%factorize(self%s, status, t, 'the iteration matrix M + c_v C + c_q K')
+      call self%factor%factorize(self%s, status, t, 'iteration matrix M + c_v C + c_q K')
       count%factorizations = count%factorizations + 1
       status%retry = status%failed()
       if (status%failed()) return

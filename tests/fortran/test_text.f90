@@ -34,6 +34,8 @@ contains
       call check(error, text(123456.789_wp), '123456.789')
       call check(error, text(1.0e-7_wp), '1.00000E-07')
       call check(error, text(-2.0e30_wp), '-2.00000E+30')
+      call check(error, text(1.0e100_wp), '1.00000E+100')
+      call check(error, text(-3.0e-308_wp), '-3.00000E-308')
    end subroutine test_reals
 
    subroutine test_not_finite(error)
