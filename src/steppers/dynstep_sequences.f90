@@ -17,7 +17,7 @@ module dynstep_sequences
    integer, parameter, public :: most_levels = 12
 
    !> Largest number of substeps: squares and their differences stay exact in an integer
-   integer, parameter :: most_substeps = 30000
+   integer, parameter, public :: most_substeps = 30000
 
 contains
 

@@ -167,14 +167,14 @@ C     options out of range
       IOPT(7) = 9
       CALL DSNEXT (N, FORCE, MASSD, DSNONE, DSNONE, T, Q, V, A, 1.0D0,
      1             0.125D0, IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
-      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'sequence') .GT. 0,
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'IOPT(7)') .GT. 0,
      1            'sequence', NPASS, NFAIL)
       IOPT(7) = 0
       IOPT(2) = 1
       ROPT(11) = 7.0D0
       CALL DSNEWM (N, FORCE, MASSD, DSNONE, OUT, T, Q, V, A, 1.0D0,
      1             0.125D0, IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
-      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 't_eval(1)') .GT. 0,
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'ROPT(11)') .GT. 0,
      1            'time outside', NPASS, NFAIL)
       IOPT(2) = -1
       CALL DSNEWM (N, FORCE, MASSD, DSNONE, OUT, T, Q, V, A, 1.0D0,
@@ -185,8 +185,63 @@ C     options out of range
       IOPT(3) = -1
       CALL DSNEWM (N, FORCE, MASSD, DSNONE, OUT, T, Q, V, A, 1.0D0,
      1             0.125D0, IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
-      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'limit') .GT. 0,
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'IOPT(3)') .GT. 0,
      1            'Newton limit', NPASS, NFAIL)
+      IOPT(3) = 0
+      IOPT(7) = 5
+      IOPT(6) = 2
+      IOPT(31) = 3
+      IOPT(32) = 3
+      CALL DSNEXT (N, FORCE, MASSD, DSNONE, OUT, T, Q, V, A, 1.0D0,
+     1             0.125D0, IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'IOPT(32)') .GT. 0,
+     1            'numbers of a sequence', NPASS, NFAIL)
+      IOPT(7) = 0
+      IOPT(8) = 1
+      ROPT(1) = -0.25D0
+      CALL DSNEWM (N, FORCE, MASSD, DSNONE, OUT, T, Q, V, A, 1.0D0,
+     1             0.125D0, IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'ROPT(1)') .GT. 0,
+     1            'BETA', NPASS, NFAIL)
+      IOPT(8) = 0
+      CALL NAN (ROPT(3))
+      CALL DSNEWM (N, FORCE, MASSD, DSNONE, OUT, T, Q, V, A, 1.0D0,
+     1             0.125D0, IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'ROPT(3)') .GT. 0,
+     1            'tolerance', NPASS, NFAIL)
+      ROPT(3) = 0.0D0
+      IOPT(2) = 2
+      ROPT(11) = 0.5D0
+      ROPT(12) = 0.25D0
+      CALL DSNEWM (N, FORCE, MASSD, DSNONE, OUT, T, Q, V, A, 1.0D0,
+     1             0.125D0, IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'ROPT(12)') .GT. 0,
+     1            'order of times', NPASS, NFAIL)
+      CALL NAN (ROPT(12))
+      CALL DSNEWM (N, FORCE, MASSD, DSNONE, OUT, T, Q, V, A, 1.0D0,
+     1             0.125D0, IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'ROPT(12)') .GT. 0,
+     1            'time that is none', NPASS, NFAIL)
+      IOPT(2) = 0
+      CALL DSNEWM (N, FORCE, MASSD, DSNONE, OUT, T, Q, V, A, 1.0D0,
+     1             -0.125D0, IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'TEND = 1') .GT. 0,
+     1            'sign of H', NPASS, NFAIL)
+      CALL DSTABL (N, FORCE, MASSD, DSNONE, T, Q, V, ROPT(12), IOPT,
+     1             ROPT, RPAR, IPAR, 2, TABLE, NUMBER, IDID, TEXT)
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'H = NaN') .GT. 0,
+     1            'H of a table', NPASS, NFAIL)
+      CALL DSNEWM (2147483647, FORCE, MASSD, DSNONE, OUT, T, Q, V, A,
+     1             1.0D0, 0.125D0, IOPT, ROPT, RPAR, IPAR, ICNT, IDID,
+     2             TEXT)
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'N = ') .GT. 0,
+     1            'size', NPASS, NFAIL)
+      IOPT(11) = 2
+      IOPT(12) = 1
+      CALL DSNEWM (N, FORCE, MASSD, DSNONE, OUT, T, Q, V, A, 1.0D0,
+     1             0.125D0, IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'IOPT(14)') .GT. 0,
+     1            'symmetric band', NPASS, NFAIL)
       CALL CHECK (T .EQ. 0.0D0 .AND. Q(1) .EQ. 1.0D0, 'nothing changed',
      1            NPASS, NFAIL)
 

@@ -193,7 +193,7 @@ C     what is refused: the place is named, and nothing is changed
       IOPT(19) = 1
       CALL DSNEWL (N, AMD, ACB, AMD, LOAD, DSNONE, T, Q, V, A, 2.0D0,
      1             -0.0625D0, IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
-      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'h = ') .GT. 0,
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'H = ') .GT. 0,
      1            'sign of H', NPASS, NFAIL)
       IOPT(6) = 13
       CALL DSNEXL (N, AMD, ACB, AMD, LOAD, DSNONE, T, Q, V, A, 2.0D0,

@@ -1,14 +1,15 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The options of the FORTRAN 77 drivers: systems, methods and output from IOPT and ROPT.
 module dynstep_f77_options
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_f77_systems, only: f77_force, f77_linear_system, f77_load, f77_mass, f77_system, f77_tangent
    use dynstep_flat_method, only: base_midpoint, build_method, method_settings
    use dynstep_integrate, only: control_type
-   use dynstep_kinds, only: wp
+   use dynstep_kinds, only: long, wp
    use dynstep_linear_system, only: load_procedure
    use dynstep_matrix, only: banded_matrix, dense_matrix, diagonal_matrix, identity_matrix, kind_banded, &
       & kind_dense, kind_diagonal, kind_identity, kind_zero, matrix_type, zero_matrix
-   use dynstep_sequences, only: most_levels, sequence_custom, sequence_harmonic
+   use dynstep_sequences, only: most_levels, most_substeps, sequence_custom, sequence_harmonic
    use dynstep_status, only: dynstep_invalid_input, status_type
    use dynstep_stepper, only: stepper_type
    use dynstep_text, only: text
@@ -16,7 +17,7 @@ module dynstep_f77_options
    private
 
    public :: describe_external, describe_linear, describe_levels, check_levels
-   public :: describe_method, describe_output
+   public :: describe_method, describe_output, check_span
 
    ! Places in IOPT, see the prologue of DSNEWM
    integer, parameter :: at_every = 1, at_times = 2, at_limit = 3, at_halvings = 4, at_base = 5, at_levels = 6, &
@@ -27,6 +28,8 @@ module dynstep_f77_options
    ! Places in ROPT
    integer, parameter :: at_beta = 1, at_gamma = 2, at_tolerance = 3, at_first_time = 11
 
+   !> A state has 2 N numbers, which an INTEGER counts
+   integer, parameter :: most_coordinates = shiftr(huge(0), 1)
    !> Levels of DSNEXT and DSNEXL where none are told
    integer, parameter :: default_levels = 4
 
@@ -45,8 +48,8 @@ contains
       type(status_type), intent(inout) :: status
 
       call check_size(n, status)
-      call check_structure('the mass', at_mass, n, iopt, status)
-      call check_structure('the tangents', at_tangent, n, iopt, status)
+      call check_structure('the mass', at_mass, n, iopt, iopt(at_mass + 3) == 0, status)
+      call check_structure('the tangents', at_tangent, n, iopt, iopt(at_tangent + 3) /= 0, status)
       if (status%failed()) return
       sys%n = n
       sys%force_external => force
@@ -98,14 +101,16 @@ contains
    recursive subroutine check_size(n, status)
       integer, intent(in) :: n
       type(status_type), intent(inout) :: status
-      if (n < 1) call status%set(dynstep_invalid_input, 'N = '//text(n)//' must be 1 or more')
+      if (n < 1 .or. n > most_coordinates) call status%set(dynstep_invalid_input, 'N = '//text(n) &
+         & //' must lie between 1 and '//text(most_coordinates))
    end subroutine check_size
 
    !> IOPT(at), IOPT(at + 1) and IOPT(at + 2) are a kind of matrix and its bandwidths
-   recursive subroutine check_structure(name, at, n, iopt, status)
+   recursive subroutine check_structure(name, at, n, iopt, symmetric, status)
       character(len=*), intent(in) :: name
       integer, intent(in) :: at, n
       integer, intent(in) :: iopt(*)
+      logical, intent(in) :: symmetric            !! what IOPT(at + 3) says
       type(status_type), intent(inout) :: status
       if (status%failed()) return
       associate (kl => iopt(at + 1), ku => iopt(at + 2))
@@ -116,6 +121,10 @@ contains
             call status%set(dynstep_invalid_input, 'IOPT('//text(at + 1)//') = '//text(kl)//' and IOPT(' &
                & //text(at + 2)//') = '//text(ku)//', the bandwidths of '//name//', must lie between 0 and N - 1 = ' &
                & //text(n - 1))
+         else if (iopt(at) == kind_banded .and. symmetric .and. kl /= ku) then
+            call status%set(dynstep_invalid_input, 'IOPT('//text(at + 1)//') = '//text(kl)//' and IOPT(' &
+               & //text(at + 2)//') = '//text(ku)//', the bandwidths of '//name//', must be equal where IOPT(' &
+               & //text(at + 3)//') = '//text(iopt(at + 3))//' says that it is symmetric')
          end if
       end associate
    end subroutine check_structure
@@ -130,9 +139,9 @@ contains
       real(wp), intent(in) :: entries(*)          !! [rows, n]
       type(matrix_type), intent(out) :: matrix
       type(status_type), intent(inout) :: status
-      integer :: rows
+      integer(long) :: rows
 
-      call check_structure(name, at, n, iopt, status)
+      call check_structure(name, at, n, iopt, iopt(at + 3) == 0, status)
       if (status%failed()) return
       associate (kl => iopt(at + 1), ku => iopt(at + 2), symmetric => iopt(at + 3) == 0)
          select case (iopt(at))
@@ -140,9 +149,10 @@ contains
             matrix = diagonal_matrix(entries(:n))
          case (kind_banded)
             rows = kl + ku + 1
-            matrix = banded_matrix(reshape(entries(:rows*n), [rows, n]), kl, ku, symmetric)
+            matrix = banded_matrix(reshape(entries(:rows*n), [rows, int(n, long)]), kl, ku, symmetric)
          case (kind_dense)
-            matrix = dense_matrix(reshape(entries(:n*n), [n, n]), symmetric)
+            rows = n
+            matrix = dense_matrix(reshape(entries(:rows*n), [n, n]), symmetric)
          case default
             matrix = zero_matrix(n)
             if (kind_of_none == kind_identity) matrix = identity_matrix(n)
@@ -186,23 +196,68 @@ contains
       end if
       method%base = iopt(at_base)
       if (iopt(at_coefficients) /= 0) then
+         call check_not_negative(at_beta, 'BETA', ropt, status)
+         call check_not_negative(at_gamma, 'GAMMA', ropt, status)
          method%beta = ropt(at_beta)
          method%gamma = ropt(at_gamma)
       end if
-      if (iopt(at_limit) /= 0) method%newton%limit = iopt(at_limit)
+      if (iopt(at_limit) < 0) call status%set(dynstep_invalid_input, 'IOPT('//text(at_limit)//') = ' &
+         & //text(iopt(at_limit))//', most Newton corrections in a step, must not be negative')
+      if (iopt(at_limit) > 0) method%newton%limit = iopt(at_limit)
       if (iopt(at_halvings) /= 0) method%newton%halvings = max(0, iopt(at_halvings))
+      call check_not_negative(at_tolerance, 'the tolerance of Newton''s iteration', ropt, status)
       method%newton%tolerance = ropt(at_tolerance)
       method%levels = levels
-      method%sequence = iopt(at_sequence)
-      if (method%sequence == 0) method%sequence = sequence_harmonic
-      if (levels > 0 .and. method%sequence == sequence_custom) &
-         & method%custom = iopt(at_custom:at_custom + min(levels, most_levels) - 1)
-      call build_method(method, stepper)
+      if (levels > 0) call describe_sequence(levels, iopt, method, status)
+      if (.not. status%failed()) call build_method(method, stepper)
    end subroutine describe_method
 
+   !> ROPT(at) is finite and >= 0; no comparison with a NaN, which may trap
+   recursive subroutine check_not_negative(at, name, ropt, status)
+      integer, intent(in) :: at
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: ropt(*)
+      type(status_type), intent(inout) :: status
+      logical :: good
+      if (status%failed()) return
+      good = ieee_is_finite(ropt(at))
+      if (good) good = ropt(at) >= 0.0_wp
+      if (.not. good) call status%set(dynstep_invalid_input, 'ROPT('//text(at)//') = '//text(ropt(at))//', ' &
+         & //name//', must be 0 or more')
+   end subroutine check_not_negative
+
+   !> Numbers of steps of the base in the rows of an extrapolation
+   recursive subroutine describe_sequence(levels, iopt, method, status)
+      integer, intent(in) :: levels               !! 1 to most_levels
+      integer, intent(in) :: iopt(*)
+      type(method_settings), intent(inout) :: method
+      type(status_type), intent(inout) :: status
+      integer :: j, least
+
+      if (status%failed()) return
+      method%sequence = iopt(at_sequence)
+      if (method%sequence == 0) method%sequence = sequence_harmonic
+      if (method%sequence < 1 .or. method%sequence > sequence_custom) then
+         call status%set(dynstep_invalid_input, 'IOPT('//text(at_sequence)//') = '//text(method%sequence) &
+            & //', the sequence, must be 0 to '//text(sequence_custom))
+      else if (method%sequence == sequence_custom) then
+         method%custom = iopt(at_custom:at_custom + levels - 1)
+         least = 1
+         do j = 1, levels
+            if (method%custom(j) < least .or. method%custom(j) > most_substeps) then
+               call status%set(dynstep_invalid_input, 'IOPT('//text(at_custom + j - 1)//') = ' &
+                  & //text(method%custom(j))//', number '//text(j)//' of the sequence, must lie between ' &
+                  & //text(least)//' and '//text(most_substeps))
+               return
+            end if
+            least = method%custom(j) + 1
+         end do
+      end if
+   end subroutine describe_sequence
+
    !> Where OUT is called; `wanted` is false where it is not
-   recursive subroutine describe_output(h, iopt, ropt, control, wanted, status)
-      real(wp), intent(in) :: h
+   recursive subroutine describe_output(t, tend, h, iopt, ropt, control, wanted, status)
+      real(wp), intent(in) :: t, tend, h
       integer, intent(in) :: iopt(*)
       real(wp), intent(in) :: ropt(*)
       type(control_type), intent(inout) :: control
@@ -218,5 +273,49 @@ contains
       else if (iopt(at_times) > 0) then
          control%t_eval = ropt(at_first_time:at_first_time + iopt(at_times) - 1)
       end if
+      call check_span(t, tend, h, status)
+      if (iopt(at_times) > 0) call check_times(t, tend, control%t_eval, status)
    end subroutine describe_output
+
+   !> T, TEND and H are finite, and H leads from T to TEND
+   recursive subroutine check_span(t, tend, h, status)
+      real(wp), intent(in) :: t, tend, h
+      type(status_type), intent(inout) :: status
+      if (status%failed()) return
+      if (.not. ieee_is_finite(t)) then
+         call status%set(dynstep_invalid_input, 'T = '//text(t)//' must be finite')
+      else if (.not. ieee_is_finite(tend)) then
+         call status%set(dynstep_invalid_input, 'TEND = '//text(tend)//' must be finite')
+      else if (.not. ieee_is_finite(h)) then
+         call status%set(dynstep_invalid_input, 'H = '//text(h)//' must be finite')
+      else if (abs(h) <= 0.0_wp) then
+         call status%set(dynstep_invalid_input, 'H must not be zero')
+      else if ((tend > t .and. h < 0.0_wp) .or. (tend < t .and. h > 0.0_wp)) then
+         call status%set(dynstep_invalid_input, 'H = '//text(h)//' points away from TEND = '//text(tend)//' at T = ' &
+            & //text(t)//'; change its sign')
+      end if
+   end subroutine check_span
+
+   !> The times for OUT lie between T and TEND, in the order of the run
+   recursive subroutine check_times(t, tend, times, status)
+      real(wp), intent(in) :: t, tend, times(:)
+      type(status_type), intent(inout) :: status
+      real(wp) :: before
+      integer :: i
+      before = t
+      do i = 1, size(times)
+         if (status%failed()) return
+         associate (name => 'ROPT('//text(at_first_time + i - 1)//') = '//text(times(i)))
+            if (.not. ieee_is_finite(times(i))) then
+               call status%set(dynstep_invalid_input, name//' must be finite')
+            else if (max(t, tend) < times(i) .or. min(t, tend) > times(i)) then
+               call status%set(dynstep_invalid_input, name//' lies outside the interval from T = '//text(t) &
+                  & //' to TEND = '//text(tend))
+            else if ((times(i) < before .and. tend > t) .or. (times(i) > before .and. tend < t)) then
+               call status%set(dynstep_invalid_input, name//' is out of order; sort the times in the direction of the run')
+            end if
+            before = times(i)
+         end associate
+      end do
+   end subroutine check_times
 end module dynstep_f77_options

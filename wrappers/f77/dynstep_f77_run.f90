@@ -5,7 +5,7 @@
 !> procedures here have one, as dummy arguments with TARGET need.
 module dynstep_f77_run
    use dynstep_extrapolation, only: extrapolation_stepper
-   use dynstep_f77_options, only: check_levels, describe_external, describe_levels, describe_linear, &
+   use dynstep_f77_options, only: check_levels, check_span, describe_external, describe_levels, describe_linear, &
       & describe_method, describe_output
    use dynstep_f77_systems, only: f77_force, f77_linear_system, f77_load, f77_mass, f77_out, f77_output, &
       & f77_system, f77_tangent
@@ -103,6 +103,7 @@ contains
       call describe_external(n, force, mass, tang, iopt, rpar, ipar, sys, status)
       call check_levels('P', p, status)
       call describe_method(p, iopt, ropt, stepper, status)
+      call check_span(t, t, h, status)
       if (.not. status%failed()) call stepper%init(sys, status)
       call allocate_state(sys, state, status)
       if (.not. status%failed()) then
@@ -149,7 +150,7 @@ contains
       levels = 0
       if (extrapolated) call describe_levels(iopt, levels, status)
       call describe_method(levels, iopt, ropt, stepper, status)
-      call describe_output(h, iopt, ropt, control, wanted, status)
+      call describe_output(t, tend, h, iopt, ropt, control, wanted, status)
       if (status%failed()) return
       call stepper%init(sys, status)
       call allocate_state(sys, state, status)
