@@ -210,8 +210,8 @@ contains
       if (.not. self%mass_is_plain) count%factorizations = count%factorizations + 1
       if (status%failed()) then
          if (self%mass%singular_equation > 0) &
-            & call status%set(dynstep_singular_matrix, trim(status%message)//'; coordinate ' &
-            & //text(self%mass%singular_equation)//' has no mass; condense it or give it a mass')
+            & call status%set(dynstep_singular_matrix, trim(status%message)//'; condense coordinates that ' &
+            & //'have no mass, or give them one')
          return
       end if
       self%mass_is_ready = .true.

@@ -44,6 +44,7 @@ module dynstep_newmark
       real(wp) :: gamma = 0.5_wp               !! any value >= 0; 1/2: no numerical damping
       type(newton_options) :: newton           !! limits and tolerance of Newton's iteration
       integer, private :: way = way_newton
+      real(wp), private :: made_for(2) = -1.0_wp  ! beta and gamma at `init`
       logical, private :: reads_again = .false.   ! way_linear: the matrices may have new entries
       ! allocatable: a system pays for one of them only, and gfortran 12 loses the matrices
       ! inside a plain component when a class(stepper_type) is deallocated
@@ -74,7 +75,8 @@ contains
       type(method_properties) :: facts
       facts%name = 'newmark'
       facts%source = 'Austin 1991, eqs. (20)-(25)'
-      facts%order = merge(1, 2, abs(self%gamma - 0.5_wp) > 0.0_wp)
+      facts%order = 1
+      if (ieee_is_finite(self%gamma)) facts%order = merge(1, 2, abs(self%gamma - 0.5_wp) > 0.0_wp)
       facts%acceleration_order = facts%order
       facts%stages = 1
       facts%symmetric = facts%order == 2
@@ -86,7 +88,9 @@ contains
    !> Finite Element Method, 1987, section 9.1: unconditional for 2 beta >= gamma >= 1/2)
    pure real(wp) function stability_limit(beta, gamma)
       real(wp), intent(in) :: beta, gamma
-      if (gamma < 0.5_wp) then
+      if (.not. (ieee_is_finite(beta) .and. ieee_is_finite(gamma))) then
+         stability_limit = -1.0_wp
+      else if (gamma < 0.5_wp) then
          stability_limit = 0.0_wp
       else if (2.0_wp*beta >= gamma) then
          stability_limit = huge(1.0_wp)
@@ -131,6 +135,7 @@ contains
          end if
       end select
       if (.not. status%failed()) call self%note_init(sys)
+      self%made_for = [self%beta, self%gamma]
    end subroutine newmark_init
 
    !> The least work that the declared structure allows
@@ -156,6 +161,10 @@ contains
 
       call check_start(self, sys, state, status)
       if (status%failed()) return
+      if (any(abs([self%beta, self%gamma] - self%made_for) > 0.0_wp)) then
+         call status%set(dynstep_invalid_input, 'beta or gamma was changed after init; call init again')
+         return
+      end if
       call self%reset()
       select type (sys)
       class is (linear_system)

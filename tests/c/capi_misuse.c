@@ -44,6 +44,7 @@ static int in_use(intptr_t s)
     n += dynstep_set_extrapolation(s, 0, 0, 0, NULL) == DYNSTEP_IN_USE;
     n += dynstep_set_newton(s, 1, 1, 0.0) == DYNSTEP_IN_USE;
     n += dynstep_properties(s, 0, NULL, NULL, i, NULL) == DYNSTEP_IN_USE;
+    n += dynstep_stability_limit(s, 0.0, x) == DYNSTEP_IN_USE;
     n += dynstep_check(s, N, 0.0, q0, v0, 0, NULL) == DYNSTEP_IN_USE;
     n += dynstep_start(s, N, 0.0, q0, v0) == DYNSTEP_IN_USE;
     n += dynstep_step(s, 0.1) == DYNSTEP_IN_USE;
@@ -58,7 +59,7 @@ static int in_use(intptr_t s)
     n += dynstep_message(s, sizeof text, text) == DYNSTEP_IN_USE && strstr(text, "in use");
     return n;
 }
-enum { FUNCTIONS_OF_A_HANDLE = 26 };
+enum { FUNCTIONS_OF_A_HANDLE = 27 };
 
 static int invalid(intptr_t s)
 {
@@ -80,6 +81,7 @@ static int invalid(intptr_t s)
     n += dynstep_set_extrapolation(s, 0, 0, 0, NULL) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_newton(s, 1, 1, 0.0) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_properties(s, 0, NULL, NULL, i, NULL) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_stability_limit(s, 0.0, x) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_check(s, N, 0.0, q0, v0, 0, NULL) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_start(s, N, 0.0, q0, v0) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_step(s, 0.1) == DYNSTEP_INVALID_HANDLE;

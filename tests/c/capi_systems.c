@@ -203,6 +203,12 @@ static void test_methods(void)
     CHECK(dynstep_set_newmark(s, 0.0, 0.5) == 0);
     CHECK(dynstep_properties(s, 0, NULL, NULL, NULL, &limit) == 0);
     CHECK(fabs(limit - 2.0) < 1e-12);
+    CHECK(dynstep_stability_limit(s, 0.0, &limit) == 0 && fabs(limit - 2.0) < 1e-6);
+    CHECK(dynstep_stability_limit(s, -1.0, &limit) == DYNSTEP_INVALID_INPUT);
+    CHECK(dynstep_stability_limit(s, 0.0, NULL) == DYNSTEP_INVALID_INPUT);
+    CHECK(dynstep_set_newmark(s, 0.25, 0.5) == 0 && dynstep_set_extrapolation(s, 4, DYNSTEP_ROMBERG, 0, NULL) == 0);
+    CHECK(dynstep_stability_limit(s, 0.02, &limit) == 0 && fabs(limit - 6.737963968) < 1e-6);
+    CHECK(dynstep_set_newmark(s, 0.0, 0.5) == 0 && dynstep_set_extrapolation(s, 0, 0, 0, NULL) == 0);
     CHECK(fabs(log2(error_of(s, 0.1) / error_of(s, 0.05)) - 2.0) < 0.1);
     CHECK(dynstep_set_midpoint(s) == 0);
     CHECK(fabs(log2(error_of(s, 0.1) / error_of(s, 0.05)) - 2.0) < 0.1);

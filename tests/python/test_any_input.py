@@ -9,7 +9,7 @@ from dynstep._matrices import as_matrix
 
 hypothesis = pytest.importorskip("hypothesis")
 given, settings, st = hypothesis.given, hypothesis.settings, hypothesis.strategies
-QUICK = settings(max_examples=40, deadline=None)
+QUICK = settings(max_examples=40, deadline=None, derandomize=True)
 
 
 def random_matrix(n, density, seed, symmetric):
@@ -88,7 +88,8 @@ def test_nothing_but_clear_errors(value, where):
     try:
         s = solve(LinearSystem(np.ones(2)), **{**good, where: value})
     except (ValueError, TypeError) as error:
-        name = "h = " if where == "h" else where
-        assert name in str(error) or where in str(error) or "t_end" in str(error)
+        # a far t_span loses h in its rounding, and ends at what the library calls t_end
+        names = {"h": ["h = ", "h must"], "t_span": ["t_span", "t_end", "h = "]}.get(where, [where, "t_end"])
+        assert any(name in str(error) for name in names) or where in str(error)
     else:
         assert s.t.size <= 5

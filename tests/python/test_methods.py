@@ -91,3 +91,15 @@ def test_options_out_of_range(make, error, words):
 def test_wrong_methods(method, error):
     with pytest.raises(error, match="method must be"):
         dynstep.solve(dynstep.LinearSystem(1.0), (0, 1), 1, 0, method, h=0.1)
+
+
+def test_stability_limit():
+    """The limits of extrapolated Newmark's method, computed in binary128 elsewhere; 2/sqrt(1 - 4 beta) else."""
+    assert Newmark().stability_limit() == np.inf
+    assert Newmark(beta=0).stability_limit() == pytest.approx(2.0, rel=1e-6)
+    assert NewmarkExtrapolation(4, "romberg").stability_limit() == pytest.approx(0.3315968646, rel=1e-6)
+    assert NewmarkExtrapolation(4, "double-harmonic").stability_limit(0.05) == pytest.approx(9.951032037, rel=1e-6)
+    with pytest.raises(ValueError, match="damping_ratio"):
+        Newmark().stability_limit(-0.1)
+    with pytest.raises(ValueError, match="gamma"):
+        Newmark(gamma=0.6).stability_limit()

@@ -7,6 +7,7 @@ module dynstep_capi_methods
    use dynstep_c_text, only: put_text
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
+   use dynstep_extrapolation_stability, only: extrapolation_limit
    use dynstep_flat_method, only: base_midpoint, base_newmark, build_method
    use dynstep_kinds, only: wp
    use dynstep_sequences, only: most_levels, sequence_custom, substep_numbers
@@ -17,7 +18,7 @@ module dynstep_capi_methods
    private
 
    public :: dynstep_set_newmark, dynstep_set_midpoint, dynstep_set_extrapolation, dynstep_set_newton
-   public :: dynstep_properties, dynstep_tableau
+   public :: dynstep_properties, dynstep_stability_limit, dynstep_tableau
 
    !> DYNSTEP_FACTS of dynstep.h
    integer, parameter :: number_of_facts = 7
@@ -143,6 +144,35 @@ contains
          if (facts%stability_limit >= huge(limit)) limit = ieee_value(limit, ieee_positive_inf)
       end if
    end function dynstep_properties
+
+   recursive function dynstep_stability_limit(handle, damping_ratio, limit) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      real(c_double), value :: damping_ratio
+      type(c_ptr), value :: limit
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      class(stepper_type), allocatable :: stepper
+      type(extrapolation_stepper) :: extrapolated
+      real(c_double), pointer :: found
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (.not. c_associated(limit)) call s%status%set(dynstep_invalid_input, 'limit is NULL')
+      call build_method(s%method, stepper)
+      select type (stepper)
+      class is (extrapolation_stepper)
+         extrapolated = stepper
+      class default
+         extrapolated%levels = 1
+         call move_alloc(stepper, extrapolated%base)
+      end select
+      if (.not. s%status%failed()) then
+         call c_f_pointer(limit, found)
+         call extrapolation_limit(extrapolated, damping_ratio, found, s%status)
+         if (found >= huge(found)) found = ieee_value(found, ieee_positive_inf)
+      end if
+      code = s%status%code
+   end function dynstep_stability_limit
 
    recursive function dynstep_tableau(handle, size, levels, table, numbers) result(code) bind(c)
       integer(c_intptr_t), value :: handle

@@ -229,6 +229,11 @@ int dynstep_set_newton(intptr_t handle, int limit, int halvings, double toleranc
 int dynstep_properties(intptr_t handle, int length, char *name, char *source, int *integers,
                        double *stability_limit);
 
+/* Largest omega*h at which an oscillator of this damping ratio (>= 0) grows by less than 1e-12 a step, for
+ * Newmark's method with gamma = 1/2, the midpoint rule, and their extrapolations; HUGE_VAL if there is
+ * none.  Takes some milliseconds. */
+int dynstep_stability_limit(intptr_t handle, double damping_ratio, double *limit);
+
 /* ---- Start and steps ---- */
 
 /* Compare the functions and what is declared of them with differences, at t, q and v.  Returns

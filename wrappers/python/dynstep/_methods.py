@@ -76,6 +76,33 @@ class Method:
         """Order of q and v."""
         return self.properties.order
 
+    def stability_limit(self, damping_ratio=0.0):
+        """Largest omega*h at which an oscillator grows by less than 1e-12 a step.
+
+        Parameters
+        ----------
+        damping_ratio : float
+            Of the oscillator, >= 0.
+
+        Returns
+        -------
+        float
+            inf where there is none.  Methods over Newmark's with gamma = 1/2 and over the midpoint rule.
+
+        Raises
+        ------
+        ValueError
+            For a negative damping ratio, or Newmark's method with another gamma.
+
+        Notes
+        -----
+        From the amplification matrix, Austin 1991, eq. (37); docs/theory/newmark-extrapolation.md.
+        """
+        handle = Handle(1)
+        self._install(handle)
+        ratio = number("damping_ratio", damping_ratio, 0.0)
+        return float(handle.call(_core.dynstep_stability_limit, ratio)[1])
+
     def _check_newton(self):
         if self.newton is None:
             _set(self, newton=Newton())
@@ -210,7 +237,7 @@ class NewmarkExtrapolation(_Extrapolation):
     Notes
     -----
     Austin 1991, section 4.  No extrapolation is unconditionally stable: see
-    ``properties.stability_limit``.
+    :meth:`stability_limit`.
     """
     levels: int = 4
     sequence: object = "harmonic"
