@@ -203,6 +203,8 @@ class _Extrapolation(Method):
             _set(self, sequence=tuple(integer("a number of the sequence", i, 1) for i in self.sequence))
         except TypeError as error:
             raise TypeError(f"sequence must be a name or a list of integers ({error})") from None
+        if len(self.sequence) < self.levels:
+            raise ValueError(f"sequence has {len(self.sequence)} numbers, too few for levels = {self.levels}")
 
     def _settings(self):
         custom = not isinstance(self.sequence, str)
