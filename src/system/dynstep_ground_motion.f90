@@ -59,8 +59,11 @@ contains
          call next_line(reader, path, status)
          if (reader%ended) exit
       end do
-      if (reader%ended) call refuse(path, reader%line, &
-         & 'is the last; an AT2 file has four header lines and then values', status)
+      if (reader%ended .and. reader%line == 0) then
+         call refuse(path, 0, 'is empty or no file; an AT2 file has four header lines and then values', status)
+      else if (reader%ended) then
+         call refuse(path, reader%line, 'is the last; an AT2 file has four header lines and then values', status)
+      end if
       call read_size(reader, path, npts, dt, status)
       if (.not. status%failed()) then
          allocate (values(npts), stat=stat)
@@ -231,6 +234,7 @@ contains
       integer, parameter :: shown = 100
 
       where = trim(path)
+      if (len(where) == 0) where = 'a file without a name'
       if (len(where) > shown) where = '...'//where(len(where) - shown + 4:)
       if (line > 0) where = where//', line '//text(line)//','
       call status%set(dynstep_file_error, where//' '//what)

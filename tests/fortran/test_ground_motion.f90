@@ -83,7 +83,8 @@ contains
 
    subroutine test_no_record(error)
       type(error_type), allocatable, intent(out) :: error
-      call refuse(error, '', 'is the last; an AT2 file has four header lines')
+      call refuse(error, '', 'is empty or no file; an AT2 file has four header lines')
+      call refuse_file(error, '', 'a file without a name cannot be opened')
       call refuse(error, 'title'//lf//'station'//lf, 'line 2, is the last')
       call refuse(error, 'title'//lf//'station'//lf//'g'//lf//old//lf, 'line 4, is the last, after 0 of 5')
       call refuse(error, repeat(achar(0)//'xyz', 5000), 'line 1, has more than 1023 characters')
