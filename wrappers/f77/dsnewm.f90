@@ -35,6 +35,8 @@
 !>   TEXT    out: blank where IDID = 0, else a sentence: what happened, where, what helps.
 !>           160 characters are good, 320 always enough
 !>
+!> INTEGER has 4 bytes and DOUBLE PRECISION 8: no -fdefault-integer-8, no -fdefault-real-8.
+!>
 !> On failure T, Q, V and A are those of the last good step.
 !>
 !> Subroutines of the user.  IERR = 0 on entry; set it > 0 where T, Q, V are outside what the

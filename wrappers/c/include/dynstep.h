@@ -42,7 +42,8 @@
  *
  * CODES.  Functions return one of the codes below unless they say otherwise: 0 done, > 0 done with
  * news, < 0 failed.  A failed run leaves the state at the last accepted step.  dynstep_message gives
- * the sentence that belongs to the last code of a handle. */
+ * the sentence that belongs to the last code of a handle; it counts components, rows, samples and times
+ * from 1. */
 #ifndef DYNSTEP_H
 #define DYNSTEP_H
 
