@@ -178,6 +178,8 @@ def test_mechanical_system(arguments, error, words):
 def test_user_data_and_addresses():
     with pytest.raises(TypeError, match="user_data must be"):
         dynstep.compiled(1000, user_data="text")
+    with pytest.raises(ValueError, match="contiguous"):
+        dynstep.compiled(1000, user_data=np.zeros(9)[::2])
     for wrong in (identity, None, 1.5, True):
         with pytest.raises(TypeError, match="compiled function"):
             dynstep.compiled(wrong)

@@ -132,6 +132,8 @@ def _address_of_data(data):
     if data is None:
         return 0
     if isinstance(data, np.ndarray):
+        if not data.flags.forc:
+            raise ValueError("user_data must be a contiguous array, not a slice with gaps")
         return data.ctypes.data
     if isinstance(data, (int, np.integer)):
         return int(data)
