@@ -148,7 +148,7 @@ def test_banded_does_not_read_outside_the_matrix():
     (dict(n=0), ValueError, "n = 0"),
     (dict(n=1.0), TypeError, "n must be an integer"),
     (dict(n=True), TypeError, "n must be an integer"),
-    (dict(n=2**31), ValueError, "n = "),
+    (dict(n=2**30), ValueError, "n = 1073741824 must be 1 to 1073741823"),
     (dict(force=None), TypeError, "force"),
     (dict(force=3), TypeError, "force must be a function"),
     (dict(force="f"), TypeError, "force must be a function"),

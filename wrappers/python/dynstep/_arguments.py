@@ -82,4 +82,4 @@ def choice(name, value, choices):
 def _range(lowest, highest):
     if highest in (np.inf, LARGEST_INTEGER):
         return f"{lowest:g} or more"
-    return f"{lowest:g} to {highest:g}"
+    return f"{lowest} to {highest}"

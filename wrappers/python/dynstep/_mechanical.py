@@ -4,7 +4,7 @@
 import numpy as np
 
 from . import _core
-from ._arguments import flag, integer
+from ._arguments import LARGEST_INTEGER, flag, integer
 from ._compiled import recognise, signature
 from ._functions import functions
 from ._matrices import BANDED, DENSE, DIAGONAL, order_of
@@ -75,7 +75,7 @@ class MechanicalSystem:
     def __init__(self, n, force, mass=None, tangent=None, energy=None, *, mass_kind="dense", mass_symmetric=False,
                  mass_constant=False, tangent_kind="dense", tangent_symmetric=False, tangent_constant=False,
                  linear=False, velocity_free=False, user_data=None, args=()):
-        self.n = integer("n", n, 1)
+        self.n = integer("n", n, 1, LARGEST_INTEGER//2)
         if force is None:
             raise TypeError("force is None, expected a function")
         mass_is_function = mass is not None and (callable(mass) or recognise("mass", mass, "mass") is not None)

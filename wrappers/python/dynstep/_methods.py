@@ -55,7 +55,9 @@ class Newton:
 
     def __post_init__(self):
         _set(self, limit=integer("limit", self.limit, 1), halvings=integer("halvings", self.halvings, 0),
-             tolerance=number("tolerance", self.tolerance, 0.0, math.nextafter(1.0, 0.0)))
+             tolerance=number("tolerance", self.tolerance))
+        if not 0.0 <= self.tolerance < 1.0:
+            raise ValueError(f"tolerance = {self.tolerance:g} must be 0 or more and less than 1")
 
 
 class Method:
