@@ -2,6 +2,7 @@
 !> All public names of the library: `use dynstep`.
 module dynstep
    use dynstep_bilinear_spring, only: bilinear_spring, law_literal, law_odd
+   use dynstep_check_system, only: check_system, finding_length
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_extrapolation_stability, only: extrapolation_limit, growth_per_step, small_step_growth, stability_limit

@@ -2,6 +2,7 @@
 !> All Fortran suites; tests/fortran/meson.build lists their names too.
 program tester
    use test_bits, only: collect_bits
+   use test_check_system, only: collect_check_system
    use test_figures, only: collect_figures
    use test_ground_motion, only: collect_ground_motion
    use test_harness, only: collect_harness
@@ -35,6 +36,7 @@ program tester
       & new_testsuite('bits', collect_bits), &
       & new_testsuite('stability', collect_stability), &
       & new_testsuite('newton', collect_newton), &
-      & new_testsuite('stiff', collect_stiff) &
+      & new_testsuite('stiff', collect_stiff), &
+      & new_testsuite('check_system', collect_check_system) &
       & ])
 end program tester

@@ -7,6 +7,7 @@ module dynstep_capi_steps
    use dynstep_c_assembly, only: assemble, assemble_system
    use dynstep_c_handle, only: integrator_type, reach
    use dynstep_c_text, only: put_text
+   use dynstep_check_system, only: check_system, finding_length
    use dynstep_kinds, only: wp
    use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input, dynstep_not_finite, dynstep_success, &
       & status_type
@@ -33,16 +34,37 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       real(c_double), pointer :: q0(:), v0(:)
+      character(len=finding_length), allocatable :: findings(:)
 
       code = reach(handle, s)
       if (code /= dynstep_success) return
       call put_text('', length, report)
       call take_point(s, n, t, q, v, q0, v0, s%status)
       if (.not. s%assembled) call assemble_system(s)
-      if (.not. s%status%failed()) call s%status%set(dynstep_invalid_input, 'this version cannot check a system')
-      call put_text(trim(s%status%message), length, report)
+      if (.not. s%status%failed()) then
+         s%busy = .true.
+         call check_system(s%sys, t, q0, v0, findings, s%status)
+         s%busy = .false.
+      end if
+      if (.not. allocated(findings)) allocate (findings(0))
+      call put_lines(findings, s%status%message, length, report)
       code = s%status%code
    end function dynstep_check
+
+   !> All findings, a line each, or the message where there are none
+   recursive subroutine put_lines(findings, message, length, report)
+      character(len=*), intent(in) :: findings(:), message
+      integer(c_int), intent(in) :: length
+      type(c_ptr), intent(in) :: report
+      character(len=max(len(findings) + 1, 1)*size(findings) + len(message)) :: lines
+      integer :: i
+      lines = message
+      if (size(findings) > 0) lines = findings(1)
+      do i = 2, size(findings)
+         lines = trim(lines)//new_line('a')//findings(i)
+      end do
+      call put_text(trim(lines), length, report)
+   end subroutine put_lines
 
    recursive function dynstep_start(handle, n, t, q, v) result(code) bind(c)
       integer(c_intptr_t), value :: handle
