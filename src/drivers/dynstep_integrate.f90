@@ -210,7 +210,7 @@ contains
       type(status_type), intent(inout) :: status
       class(recorder_type), intent(inout), optional :: recorder
       class(observer_type), intent(inout), optional :: observer
-      integer, intent(in), optional :: max_steps          !! >= 1
+      integer, intent(in), optional :: max_steps          !! >= 0; 0 records the start, no more
       integer :: allowed, steps
       logical :: stop_asked
 
@@ -218,9 +218,13 @@ contains
       call status%clear()
       if (self%fresh) call check_started(stepper, sys, state, status)
       if (status%failed()) return
-      if (self%fresh) call record_start(self, state, status, recorder)
       allowed = huge(allowed)
       if (present(max_steps)) allowed = max_steps
+      if (allowed < 0) then
+         call status%set(dynstep_invalid_input, 'max_steps = '//text(allowed)//' must be 0 or more')
+         return
+      end if
+      if (self%fresh) call record_start(self, state, status, recorder)
       do while (.not. self%finished() .and. .not. status%failed())
          if (allowed <= 0) then
             call status%set(dynstep_more, 'the allowance of steps of this call is used up at t = ' &

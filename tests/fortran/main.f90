@@ -3,6 +3,8 @@
 program tester
    use test_bits, only: collect_bits
    use test_check_system, only: collect_check_system
+   use test_drivers, only: collect_drivers
+   use test_endings, only: collect_endings
    use test_figures, only: collect_figures
    use test_ground_motion, only: collect_ground_motion
    use test_harness, only: collect_harness
@@ -18,6 +20,7 @@ program tester
    use test_stability, only: collect_stability
    use test_stiff, only: collect_stiff
    use test_text, only: collect_text
+   use test_work, only: collect_work
    use testing, only: new_testsuite, run_tests
    implicit none
    call run_tests([ &
@@ -37,6 +40,9 @@ program tester
       & new_testsuite('stability', collect_stability), &
       & new_testsuite('newton', collect_newton), &
       & new_testsuite('stiff', collect_stiff), &
-      & new_testsuite('check_system', collect_check_system) &
+      & new_testsuite('check_system', collect_check_system), &
+      & new_testsuite('work', collect_work), &
+      & new_testsuite('drivers', collect_drivers), &
+      & new_testsuite('endings', collect_endings) &
       & ])
 end program tester

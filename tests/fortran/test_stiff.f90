@@ -4,6 +4,7 @@
 module test_stiff
    use dynstep, only: clock_type, kind_diagonal, midpoint_stepper, newmark_stepper, state_type, status_type, &
       & stepper_type, wp
+   use run_cases, only: new_state
    use spring_cases, only: midpoint_in_quad, newmark_in_quad, pair_in_quad, pair_system, qp, spring_system
    use testing, only: check, error_type, new_unittest, test_failed, unittest_type
    implicit none
@@ -23,13 +24,6 @@ contains
          & new_unittest('slow-on-stiff', test_slow), &
          & new_unittest('energy-of-a-long-run', test_energy)]
    end subroutine collect_stiff
-
-   !> A state with y = [q; v] at time 0
-   function start(y) result(state)
-      real(wp), intent(in) :: y(:)
-      type(state_type) :: state
-      allocate (state%y(size(y)), source=y)
-   end function start
 
    !> A force that is linear, but nobody says so; with and without damping
    subroutine test_linear(error)
@@ -87,7 +81,7 @@ contains
       character(len=120) :: words
 
       if (allocated(error)) return
-      state = start([1.0_wp, 0.3_wp])
+      state = new_state([1.0_wp, 0.3_wp])
       if (beta > 0.0_wp) then
          newmark%beta = beta
          call one_step(newmark, sys, h, state, trial, status)
@@ -131,7 +125,7 @@ contains
          sys%between = 10.0_wp**i
          sys%ground = [1.0_wp, 2.0_wp]
          sys%c = [0.25_wp, 0.125_wp]
-         state = start([1.0_wp, 1.0_wp, 0.5_wp, 0.5_wp])
+         state = new_state([1.0_wp, 1.0_wp, 0.5_wp, 0.5_wp])
          call stepper%init(sys, status)
          call stepper%start(sys, state, status)
          trial = state
@@ -158,7 +152,7 @@ contains
          & [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
       sys%structure%tangent = kind_diagonal
       sys%structure%velocity_free = .true.
-      state = start([scales, 0.3_wp*scales])
+      state = new_state([scales, 0.3_wp*scales])
       call stepper%init(sys, status)
       call stepper%start(sys, state, status)
       trial = state
@@ -183,7 +177,7 @@ contains
       integer :: i
       do i = 2, 14, 4
          call sys%setup([10.0_wp**i], [0.5_wp], [0.0_wp], [1.5_wp*10.0_wp**i])
-         state = start([1.0_wp, 0.0_wp])               ! k (1 + 0.5) = p
+         state = new_state([1.0_wp, 0.0_wp])               ! k (1 + 0.5) = p
          call stepper%init(sys, status)
          call stepper%start(sys, state, status)
          clock = clock_type(t0=0.0_wp, h=0.01_wp, k=0)
@@ -219,7 +213,7 @@ contains
       type(clock_type) :: clock
       call sys%setup([1.0_wp], [0.0_wp], [0.0_wp], [0.0_wp])
       sys%structure%velocity_free = .true.
-      state = start([1.0_wp, 0.25_wp])
+      state = new_state([1.0_wp, 0.25_wp])
       call stepper%init(sys, status)
       call stepper%start(sys, state, status)
       clock%h = z
