@@ -61,12 +61,15 @@ program pendulum_example
    type(state_type) :: state
    type(trajectory_type) :: path
    type(status_type) :: status
+   character(len=finding_length), allocatable :: report(:)
    real(wp) :: energy
    integer :: i, ierr
 
    sys%n = 1
    sys%structure%tangent = kind_diagonal
    sys%structure%has_energy = .true.
+   call check_system(sys, 0.0_wp, [1.0_wp], [0.5_wp], report, status)
+   if (status%failed()) print '(a)', report        ! each line names an entry
    allocate (newmark_stepper :: stepper%base)
    call stepper%init(sys, status)
    state%y = [3.0_wp, 0.0_wp]                      ! nearly upright, at rest
