@@ -17,6 +17,7 @@
 !> component by itself, or when r is nothing but rounding errors; extrapolation rests on that
 !> (a loose stop turns an extrapolated error of 7e-10 into 2e-5 on the two-body problem).
 module dynstep_equilibrium
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_iteration_matrix, only: iteration_matrix
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
@@ -78,10 +79,13 @@ contains
       class(equilibrium_solver), intent(inout) :: self
       class(mechanical_system), intent(in) :: sys
       type(status_type), intent(inout) :: status
+      logical :: in_range
 
       if (status%failed()) return
-      if (self%options%limit < 1 .or. self%options%halvings < 0 .or. .not. self%options%tolerance >= 0.0_wp) then
-         call status%set(dynstep_invalid_input, 'Newton options: limit >= 1, halvings >= 0 and tolerance >= 0 ' &
+      in_range = self%options%limit >= 1 .and. self%options%halvings >= 0 .and. ieee_is_finite(self%options%tolerance)
+      if (in_range) in_range = self%options%tolerance >= 0.0_wp
+      if (.not. in_range) then
+         call status%set(dynstep_invalid_input, 'Newton options: limit >= 1, halvings >= 0 and a finite tolerance >= 0 ' &
             & //'are needed, not '//text(self%options%limit)//', '//text(self%options%halvings)//', ' &
             & //text(self%options%tolerance))
          return

@@ -104,11 +104,13 @@ contains
       class(newmark_stepper), intent(inout) :: self
       class(ode_system), intent(inout) :: sys
       type(status_type), intent(inout) :: status
+      logical :: in_range
 
       if (status%failed()) return
       call self%note_init()
-      if (.not. (ieee_is_finite(self%beta) .and. ieee_is_finite(self%gamma) .and. &
-         & self%beta >= 0.0_wp .and. self%gamma >= 0.0_wp)) then
+      in_range = ieee_is_finite(self%beta) .and. ieee_is_finite(self%gamma)
+      if (in_range) in_range = min(self%beta, self%gamma) >= 0.0_wp
+      if (.not. in_range) then
          call status%set(dynstep_invalid_input, 'Newmark needs beta >= 0 and gamma >= 0, not ' &
             & //text(self%beta)//' and '//text(self%gamma))
          return

@@ -2,6 +2,7 @@
 !> What every method asks of a system and of a start, with the sentences for what is wrong.
 module dynstep_start_check
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_check_structure, only: check_structure
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
@@ -24,7 +25,7 @@ contains
          & //' unknowns; set n >= 1 before init')
    end subroutine check_size
 
-   !> The system is one of mechanics
+   !> The system is one of mechanics, and its declarations make sense
    recursive subroutine check_mechanical(method, sys, status)
       character(len=*), intent(in) :: method     !! name, for the sentence
       class(ode_system), intent(in) :: sys
@@ -33,7 +34,7 @@ contains
       if (status%failed()) return
       select type (sys)
       class is (mechanical_system)
-         return
+         call check_structure(sys, status)
       class default
          call status%set(dynstep_invalid_input, method//' steps mechanical systems M q" = f; this system ' &
             & //'is of first order: choose a method for those')

@@ -19,6 +19,7 @@ program tester
    use test_singular, only: collect_singular
    use test_stability, only: collect_stability
    use test_stiff, only: collect_stiff
+   use test_systems, only: collect_systems
    use test_text, only: collect_text
    use test_work, only: collect_work
    use testing, only: new_testsuite, run_tests
@@ -43,6 +44,7 @@ program tester
       & new_testsuite('check_system', collect_check_system), &
       & new_testsuite('work', collect_work), &
       & new_testsuite('drivers', collect_drivers), &
-      & new_testsuite('endings', collect_endings) &
+      & new_testsuite('endings', collect_endings), &
+      & new_testsuite('systems', collect_systems) &
       & ])
 end program tester
