@@ -129,6 +129,13 @@ contains
       end do
    end subroutine take_point
 
+   !> h is finite and not lost in the rounding of t; a NaN is not compared, which may trap
+   pure logical function moves(h, t)
+      real(wp), intent(in) :: h, t
+      moves = ieee_is_finite(h)
+      if (moves) moves = abs(h) > spacing(t)
+   end function moves
+
    recursive function dynstep_step(handle, h) result(code) bind(c)
       integer(c_intptr_t), value :: handle
       real(c_double), value :: h
@@ -139,7 +146,7 @@ contains
       if (code /= dynstep_success) return
       if (.not. s%started) then
          call s%status%set(dynstep_invalid_input, 'call dynstep_start first, and again after a set function')
-      else if (.not. ieee_is_finite(h) .or. abs(h) <= spacing(s%state%t)) then
+      else if (.not. moves(h, s%state%t)) then
          call s%status%set(dynstep_invalid_input, 'h = '//text(h)//' must be finite and not vanish beside t = ' &
             & //text(s%state%t))
       end if
