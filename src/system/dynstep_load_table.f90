@@ -66,8 +66,11 @@ contains
       end if
       if (status%failed()) return
       if (.not. allocated(self%times)) then
-         if (.not. (self%dt > 0.0_wp .and. ieee_is_finite(self%dt) .and. ieee_is_finite(self%t0))) &
-            & call refuse('needs a finite t0 and a finite dt > 0')
+         if (.not. (ieee_is_finite(self%dt) .and. ieee_is_finite(self%t0))) then
+            call refuse('needs a finite t0 and a finite dt > 0')
+         else if (self%dt <= 0.0_wp) then
+            call refuse('needs dt > 0, not '//text(self%dt))
+         end if
          return
       end if
       if (size(self%times) /= size(self%samples, 2)) then

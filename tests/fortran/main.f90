@@ -11,10 +11,12 @@ program tester
    use test_linalg, only: collect_linalg
    use test_linear_accuracy, only: collect_linear_accuracy
    use test_linear_newmark, only: collect_linear_newmark
+   use test_loads, only: collect_loads
    use test_matrix, only: collect_matrix
    use test_methods, only: collect_methods
    use test_misuse, only: collect_misuse
    use test_models, only: collect_models
+   use test_nesting, only: collect_nesting
    use test_newton, only: collect_newton
    use test_singular, only: collect_singular
    use test_stability, only: collect_stability
@@ -45,6 +47,8 @@ program tester
       & new_testsuite('work', collect_work), &
       & new_testsuite('drivers', collect_drivers), &
       & new_testsuite('endings', collect_endings), &
-      & new_testsuite('systems', collect_systems) &
+      & new_testsuite('systems', collect_systems), &
+      & new_testsuite('loads', collect_loads), &
+      & new_testsuite('nesting', collect_nesting) &
       & ])
 end program tester
