@@ -12,19 +12,20 @@
 !>   evaluations of force and mass; meant for the day on which a model is written.
 module dynstep_check_system
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_check_structure, only: check_structure
+   use dynstep_differences, only: motion_sizes
    use dynstep_factorization, only: factorization_type
+   use dynstep_findings, only: add, check_symmetry, compare_matrices, compare_vectors, finding_length, others, row_terms
    use dynstep_kinds, only: long, wp
-   use dynstep_linear_system, only: linear_system
-   use dynstep_matrix, only: kind_banded, kind_dense, kind_diagonal, kind_identity, kind_zero, matrix_type
+   use dynstep_linear_system, only: linear_system, load_none
+   use dynstep_matrix, only: kind_identity, kind_zero, matrix_type
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input, dynstep_not_finite, status_type
    use dynstep_text, only: text
    implicit none
    private
 
-   public :: check_system
-
-   integer, parameter, public :: finding_length = 160
+   public :: check_system, finding_length
 
    !> Central differences with the step delta = eps^(1/3) size leave delta^2 f'''/6, about 4e-11
    !> of a smooth f, and eps |f|/delta, about 4e-11 too; what is left of the digits of a tangent
@@ -45,7 +46,7 @@ module dynstep_check_system
       real(wp), allocatable :: other_q(:), other_v(:)  ! another point near by [n]
       real(wp), allocatable :: f(:), r(:, :)           ! force; work [n, 3]
       type(matrix_type) :: m, k, c, other
-      real(wp) :: q_size, v_size                       ! lengths to move q and v by
+      real(wp), allocatable :: q_size(:), v_size(:)    ! lengths to move them by [n]
       real(wp) :: tolerance                            ! of the tangents
    end type point_type
 
@@ -68,26 +69,16 @@ contains
       if (.not. status%failed()) then
          select type (sys)
          class is (linear_system)
-            continue                     ! the matrices were checked when they were set
+            call check_linear(sys, p, report, status)   ! the matrices were checked when they were set
          class default
             call check_mass(sys, p, report, status)
-            call check_force(sys, p, report, status)
             call check_tangents(sys, p, report, status)
+            call check_force(sys, p, report, status)
          end select
          call check_energy(sys, p, report, status)
       end if
       if (.not. status%failed() .and. size(report) > 0) call status%set(dynstep_invalid_input, trim(report(1)))
    end subroutine check_system
-
-   recursive subroutine add(report, finding)
-      character(len=finding_length), allocatable, intent(inout) :: report(:)
-      character(len=*), intent(in) :: finding
-      character(len=finding_length), allocatable :: longer(:)
-      allocate (longer(size(report) + 1))
-      longer(:size(report)) = report
-      longer(size(longer)) = finding
-      call move_alloc(longer, report)
-   end subroutine add
 
    !> Sizes and kinds that make no sense, before anything is called
    recursive subroutine check_declarations(sys, t, q, v, status)
@@ -95,21 +86,13 @@ contains
       real(wp), intent(in) :: t, q(:), v(:)
       type(status_type), intent(inout) :: status
 
-      associate (s => sys%structure, n => sys%n)
-         if (n < 1) then
-            call refuse('n = '//text(n)//' must be 1 or more')
-         else if (size(q) /= n .or. size(v) /= n) then
+      call check_structure(sys, status)
+      if (status%failed()) return
+      associate (n => sys%n)
+         if (size(q) /= n .or. size(v) /= n) then
             call refuse('q and v must have n = '//text(n)//' components, not '//text(size(q))//' and '//text(size(v)))
          else if (.not. (ieee_is_finite(t) .and. all(ieee_is_finite(q)) .and. all(ieee_is_finite(v)))) then
             call refuse('t, q and v must be finite')
-         else if (s%mass < kind_identity .or. s%mass > kind_dense) then
-            call refuse('structure%mass = '//text(s%mass)//' is not identity, diagonal, banded or dense')
-         else if (s%tangent < kind_diagonal .or. s%tangent > kind_dense) then
-            call refuse('structure%tangent = '//text(s%tangent)//' is not diagonal, banded or dense')
-         else if (s%mass == kind_banded .and. (min(s%mass_kl, s%mass_ku) < 0 .or. max(s%mass_kl, s%mass_ku) >= n)) then
-            call refuse('structure%mass_kl and mass_ku must lie between 0 and n - 1')
-         else if (s%tangent == kind_banded .and. (min(s%kl, s%ku) < 0 .or. max(s%kl, s%ku) >= n)) then
-            call refuse('structure%kl and ku must lie between 0 and n - 1')
          end if
       end associate
 
@@ -134,12 +117,12 @@ contains
       p%t = t
       p%q = q
       p%v = v
-      p%q_size = length_of(q)
-      p%v_size = length_of(v)
+      allocate (p%f(sys%n), p%a(sys%n), p%r(sys%n, 3), p%q_size(sys%n), p%v_size(sys%n))
+      p%a = 0.0_wp
+      call motion_sizes(q, v, p%a, p%q_size, p%v_size)
       ! a direction without symmetry: fractional parts of the golden ratio
       p%other_q = q + p%q_size*[(0.1_wp + 0.1_wp*modulo(0.6180339887_wp*j, 1.0_wp), j=1, size(q))]
       p%other_v = v - p%v_size*[(0.1_wp + 0.1_wp*modulo(0.3819660113_wp*j, 1.0_wp), j=1, size(v))]
-      allocate (p%f(sys%n), p%a(sys%n), p%r(sys%n, 3))
       associate (s => sys%structure)
          call p%m%init(s%mass, sys%n, s%mass_kl, s%mass_ku, s%mass_is_symmetric, status)
          call p%other%init(s%mass, sys%n, s%mass_kl, s%mass_ku, s%mass_is_symmetric, status)
@@ -161,12 +144,26 @@ contains
       call factor%solve(p%a)
    end subroutine look_at_point
 
-   !> A length that is a change of x and not its rounding
-   pure real(wp) function length_of(x)
-      real(wp), intent(in) :: x(:)
-      length_of = maxval(abs(x))
-      if (.not. length_of > 0.0_wp) length_of = 1.0_wp
-   end function length_of
+   !> A load that the steppers leave out, a force that they do not call
+   recursive subroutine check_linear(sys, p, report, status)
+      class(linear_system), intent(inout) :: sys
+      type(point_type), intent(inout) :: p
+      character(len=finding_length), allocatable, intent(inout) :: report(:)
+      type(status_type), intent(inout) :: status
+      integer :: ierr
+      associate (f => p%r(:, 1), terms => p%r(:, 3))
+         call sys%load(p%t, f, ierr)
+         call look('load', ierr, all(ieee_is_finite(f)), status)
+         if (status%failed()) return
+         if (sys%load_kind == load_none .and. any(abs(f) > 0.0_wp)) &
+            & call add(report, 'there is a load, but load_kind = load_none leaves it out; set load_kind = load_procedure')
+         call sys%c%multiply_add(-1.0_wp, p%v, f)
+         call sys%k%multiply_add(-1.0_wp, p%q, f)
+         call row_terms(sys%k, abs(p%q), terms)
+         call compare_vectors('a linear system is stepped with p - C v - K q, not with a force that differs', p%f, f, &
+            & terms, rounding, report)
+      end associate
+   end subroutine check_linear
 
    recursive subroutine force_at(sys, t, q, v, f, status)
       class(mechanical_system), intent(inout) :: sys
@@ -233,6 +230,9 @@ contains
       if (sys%structure%mass_is_constant) then
          call mass_at(sys, p%t + 0.1_wp*max(abs(p%t), 1.0_wp), p%other_q, p%other_v, p%other, status)
          call compare_matrices('M is declared constant, but M', p%m, p%other, rounding, report)
+      else if (sys%structure%force_is_linear) then
+         call mass_at(sys, p%t, p%other_q, p%other_v, p%other, status)
+         call compare_matrices('the system is declared linear, but M', p%m, p%other, rounding, report)
       else if (sys%structure%velocity_free) then
          call mass_at(sys, p%t, p%q, p%other_v, p%other, status)
          call compare_matrices('the system is declared velocity-free, but M', p%m, p%other, rounding, report)
@@ -246,14 +246,15 @@ contains
       character(len=finding_length), allocatable, intent(inout) :: report(:)
       type(status_type), intent(inout) :: status
 
-      associate (f1 => p%r(:, 1), f2 => p%r(:, 2))
+      associate (f1 => p%r(:, 1), f2 => p%r(:, 2), terms => p%r(:, 3))
+         terms = 0.0_wp
          call force_at(sys, p%t, p%q, p%v, f1, status)
          if (status%failed()) return
-         call compare_vectors('force gives two results for the same arguments', p%f, f1, 0.0_wp, report)
+         call compare_vectors('force gives two results for the same arguments', p%f, f1, terms, 0.0_wp, report)
          if (sys%structure%velocity_free) then
             call force_at(sys, p%t, p%q, p%other_v, f1, status)
             call compare_vectors('the system is declared velocity-free, but the force changes with v', p%f, f1, &
-               & rounding, report)
+               & terms, rounding, report)
          end if
          if (.not. sys%structure%force_is_linear) return
          ! f(x + 2 d) - 2 f(x + d) + f(x) vanishes for a linear f
@@ -262,8 +263,10 @@ contains
          if (status%failed()) return
          f2 = f2 + p%f
          f1 = 2.0_wp*f1
+         ! rounding of the terms of a component is no bend
+         call row_terms(p%k, p%q_size, terms)
          call compare_vectors('the force is declared linear, but bends between three points of a line', f1, f2, &
-            & 1.0e-9_wp, report)
+            & terms, 1.0e-9_wp, report)
       end associate
    end subroutine check_force
 
@@ -320,12 +323,12 @@ contains
       logical, intent(in) :: of_q                       !! columns of q, else of v
       character(len=finding_length), allocatable, intent(inout) :: report(:)
       type(status_type), intent(inout) :: status
-      real(wp), allocatable :: sums(:)
+      real(wp) :: sums(sys%n), sizes(sys%n)
       real(wp) :: delta, found, given, excess, worst, allowed, worst_found, worst_given
       integer :: i, j, row, column, wrong
 
-      allocate (sums(sys%n))
-      call tangent%absolute_row_sums(sums)
+      sizes = merge(p%q_size, p%v_size, of_q)
+      call row_terms(tangent, sizes, sums)
       worst = 0.0_wp
       worst_found = 0.0_wp
       worst_given = 0.0_wp
@@ -333,17 +336,17 @@ contains
       column = 0
       wrong = 0
       do j = 1, sys%n
-         delta = relative_step*merge(p%q_size, p%v_size, of_q)
+         delta = relative_step*sizes(j)
          call residual_beside(sys, p, j, delta, of_q, p%r(:, 1), status)
          call residual_beside(sys, p, j, -delta, of_q, p%r(:, 2), status)
          if (status%failed()) return
          do i = 1, sys%n
             found = -(p%r(i, 1) - p%r(i, 2))/(2.0_wp*delta)
             given = tangent%entry(i, j)
-            ! entries of the row, and the rounding of its force, set the scale
-            allowed = p%tolerance*max(abs(given), 1.0e-2_wp*sums(i)) &
+            ! what the row makes of the sizes of its columns, and the rounding of its force
+            allowed = p%tolerance*max(abs(given), 1.0e-2_wp*sums(i)/sizes(j)) &
                & + rounding*(abs(p%f(i)) + abs(p%r(i, 1)))/delta
-            excess = abs(found - given) - allowed
+            excess = (abs(found - given) - allowed)*sizes(j)
             if (.not. excess > 0.0_wp) cycle
             wrong = wrong + 1
             if (excess <= worst) cycle
@@ -378,63 +381,6 @@ contains
          end if
       end associate
    end subroutine residual_beside
-
-   pure function others(wrong) result(words)
-      integer, intent(in) :: wrong
-      character(len=40) :: words
-      words = ''
-      if (wrong > 0) words = ' ('//text(wrong)//' more like this)'
-   end function others
-
-   recursive subroutine check_symmetry(name, a, allowed, report)
-      character(len=*), intent(in) :: name
-      type(matrix_type), intent(in) :: a
-      real(wp), intent(in) :: allowed                !! difference, relative to the largest entry of both rows
-      character(len=finding_length), allocatable, intent(inout) :: report(:)
-      real(wp) :: sums(a%n)
-      integer :: i, j
-      if (a%kind < kind_banded) return
-      call a%absolute_row_sums(sums)
-      do j = 1, a%n
-         do i = j + 1, a%n
-            if (abs(a%entry(i, j) - a%entry(j, i)) <= allowed*max(sums(i), sums(j))) cycle
-            call add(report, name//' is declared symmetric, but '//name//'('//text(i)//','//text(j)//') = ' &
-               & //text(a%entry(i, j))//' and '//name//'('//text(j)//','//text(i)//') = '//text(a%entry(j, i)))
-            return
-         end do
-      end do
-   end subroutine check_symmetry
-
-   recursive subroutine compare_matrices(what, a, b, allowed, report)
-      character(len=*), intent(in) :: what
-      type(matrix_type), intent(in) :: a, b
-      real(wp), intent(in) :: allowed                !! difference, relative to the row
-      character(len=finding_length), allocatable, intent(inout) :: report(:)
-      real(wp) :: sums(a%n)
-      integer :: i, j
-      call a%absolute_row_sums(sums)
-      do j = 1, a%n
-         do i = 1, a%n
-            if (abs(a%entry(i, j) - b%entry(i, j)) <= allowed*sums(i)) cycle
-            call add(report, what//'('//text(i)//','//text(j)//') is '//text(a%entry(i, j)) &
-               & //' here and '//text(b%entry(i, j))//' near by')
-            return
-         end do
-      end do
-   end subroutine compare_matrices
-
-   recursive subroutine compare_vectors(what, a, b, allowed, report)
-      character(len=*), intent(in) :: what
-      real(wp), intent(in) :: a(:), b(:)
-      real(wp), intent(in) :: allowed                !! difference, relative to the largest component
-      character(len=finding_length), allocatable, intent(inout) :: report(:)
-      integer :: i
-      do i = 1, size(a)
-         if (abs(a(i) - b(i)) <= allowed*max(maxval(abs(a)), maxval(abs(b)))) cycle
-         call add(report, what//': component '//text(i)//' is '//text(a(i))//' and '//text(b(i)))
-         return
-      end do
-   end subroutine compare_vectors
 
    recursive subroutine check_energy(sys, p, report, status)
       class(mechanical_system), intent(inout) :: sys

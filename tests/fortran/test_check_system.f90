@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> check_system finds each kind of wrong declaration, names it, and raises no false alarm.
 module test_check_system
-   use dynstep, only: bilinear_spring, check_system, finding_length, kind_banded, kind_dense, kind_diagonal, &
-      & kind_identity, matrix_type, mechanical_system, status_type, two_body_system, wp
+   use dynstep, only: bilinear_spring, check_system, diagonal_matrix, finding_length, identity_matrix, kind_banded, &
+      & kind_dense, kind_diagonal, kind_identity, linear_system, load_procedure, matrix_type, mechanical_system, &
+      & status_type, two_body_system, wp, zero_matrix
    use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input
+   use spring_cases, only: cranked_system, spring_system
    use testing, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -25,6 +27,18 @@ module test_check_system
       procedure :: tangent => chain_tangent
    end type chain_type
 
+   !> A load that load_kind may forget
+   type, extends(linear_system) :: forgetful_load
+   contains
+      procedure :: load => forgetful_load_load
+   end type forgetful_load
+
+   !> A force of its own, which no stepper calls
+   type, extends(linear_system) :: own_force
+   contains
+      procedure :: force => own_force_force
+   end type own_force
+
 contains
 
    subroutine collect_check_system(testsuite)
@@ -33,6 +47,8 @@ contains
          & new_unittest('no-false-alarm', test_no_false_alarm), &
          & new_unittest('wrong-tangent', test_wrong_tangent), &
          & new_unittest('wrong-declarations', test_wrong_declarations), &
+         & new_unittest('units', test_units), &
+         & new_unittest('linear-systems', test_linear_systems), &
          & new_unittest('refusals', test_refusals)]
    end subroutine collect_check_system
 
@@ -205,6 +221,75 @@ contains
       call examine(sys, 1.0_wp, report, status)
       call check(error, any(index(report, 'K(') == 1), 'narrow band')
    end subroutine test_wrong_declarations
+
+   !> Coordinates of sizes 1e6 to 1e-6 side by side: no false alarm, and the slip of the smallest
+   !> is found
+   subroutine test_units(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(spring_system) :: sys
+      type(status_type) :: status
+      character(len=finding_length), allocatable :: report(:)
+      real(wp), parameter :: sizes(4) = [1.0e6_wp, 1.0e-6_wp, 1.0_wp, 1.0e-3_wp]
+      call sys%setup([1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp], 1.0_wp/sizes**2, [0.5_wp, 0.0_wp, 0.0_wp, 1.0_wp], 0.0_wp*sizes)
+      sys%structure%tangent = kind_diagonal
+      sys%gives_tangent = .true.
+      call check_system(sys, 0.0_wp, sizes, 0.3_wp*sizes, report, status)
+      call check(error, .not. status%failed(), status%message)
+      sys%structure%force_is_linear = .true.
+      sys%e = [0.0_wp, 1.0e10_wp, 0.0_wp, 0.0_wp]
+      call check_system(sys, 0.0_wp, sizes, 0.3_wp*sizes, report, status)
+      call check(error, index(status%message, 'is declared linear') > 0 .and. index(status%message, 'component 2') > 0, &
+         & status%message)
+   end subroutine test_units
+
+   recursive subroutine forgetful_load_load(self, t, p, ierr)
+      class(forgetful_load), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(out) :: p(self%n)
+      integer, intent(out) :: ierr
+      ierr = 0
+      p = 1.0_wp + t
+   end subroutine forgetful_load_load
+
+   recursive subroutine own_force_force(self, t, q, v, f, ierr)
+      class(own_force), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: q(self%n), v(self%n)
+      real(wp), intent(out) :: f(self%n)
+      integer, intent(out) :: ierr
+      ierr = 0
+      f = -q**3
+   end subroutine own_force_force
+
+   !> What the steppers would not do for a linear system, or for one that is declared linear
+   subroutine test_linear_systems(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(forgetful_load) :: loaded
+      type(own_force) :: forced
+      type(cranked_system) :: cranked
+      type(status_type) :: status
+      character(len=finding_length), allocatable :: report(:)
+      call loaded%set(identity_matrix(2), zero_matrix(2), diagonal_matrix([1.0_wp, 2.0_wp]), status)
+      call check_system(loaded, 0.5_wp, [1.0_wp, 2.0_wp], [0.0_wp, 1.0_wp], report, status)
+      call check(error, index(status%message, 'load_kind = load_none leaves it out') > 0, status%message)
+      call status%clear()
+      loaded%load_kind = load_procedure
+      call check_system(loaded, 0.5_wp, [1.0_wp, 2.0_wp], [0.0_wp, 1.0_wp], report, status)
+      call check(error, .not. status%failed(), status%message)
+      call forced%set(identity_matrix(2), zero_matrix(2), diagonal_matrix([1.0_wp, 2.0_wp]), status)
+      call check_system(forced, 0.5_wp, [1.0_wp, 2.0_wp], [0.0_wp, 1.0_wp], report, status)
+      call check(error, index(status%message, 'stepped with p - C v - K q') > 0, status%message)
+
+      call status%clear()
+      cranked%n = 2
+      cranked%rate = 1.5_wp
+      cranked%gives_tangent = .true.
+      cranked%structure%mass = kind_diagonal
+      cranked%structure%mass_is_constant = .false.
+      cranked%structure%force_is_linear = .true.
+      call examine(cranked, 1.0_wp, report, status)
+      call check(error, .not. status%failed(), status%message)
+   end subroutine test_linear_systems
 
    subroutine test_refusals(error)
       type(error_type), allocatable, intent(out) :: error
