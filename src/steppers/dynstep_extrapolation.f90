@@ -14,8 +14,9 @@
 !>     stepper%sequence = sequence_romberg             ! default: harmonic, 1, 2, 3, ...
 !>     call stepper%get_tableau(table, numbers)        ! after a step: Table [1] of the paper
 !>
-!>   Each level owns a copy of the base, so a linear system is factorized once for each
-!>   level.  What is extrapolated are the increments over the base step.
+!>   `init` reads all of these; after a change it is called again.  Each level owns a copy of
+!>   the base, so a linear system is factorized once for each level.  What is extrapolated are
+!>   the increments over the base step.
 !>
 !>   The harmonic sequence is the default: 1, 2, 3, 4 has order 8 with 10 substeps, Romberg's
 !>   numbers with 15.  An extrapolated trapezoid is not unconditionally stable; see
@@ -160,16 +161,28 @@ contains
       type(status_type), intent(inout) :: status
       call check_start(self, sys, state, status)
       if (status%failed()) return
-      if (self%levels /= size(self%numbers)) then
-         call status%set(dynstep_invalid_input, 'levels = '//text(self%levels)//' were '//text(size(self%numbers)) &
-            & //' at init; call init after a change')
-         return
-      end if
+      call check_numbers(self, status)
+      if (status%failed()) return
       call self%reset()
       call self%end_solver%complete(sys, state, self%own, status)
       call gather_counts(self)
       self%is_started = .not. status%failed()
    end subroutine extrapolation_start
+
+   !> Levels, sequence and custom numbers are those that the workspace was made for
+   recursive subroutine check_numbers(self, status)
+      class(extrapolation_stepper), intent(in) :: self
+      type(status_type), intent(inout) :: status
+      integer, allocatable :: numbers(:)
+      call substep_numbers(self%sequence, self%levels, self%custom, numbers, status)
+      if (status%failed()) return
+      if (size(numbers) /= size(self%numbers)) then
+         call status%set(dynstep_invalid_input, 'levels = '//text(self%levels)//' were '//text(size(self%numbers)) &
+            & //' at init; call init after a change')
+      else if (any(numbers /= self%numbers)) then
+         call status%set(dynstep_invalid_input, 'sequence or custom are others than at init; call init after a change')
+      end if
+   end subroutine check_numbers
 
    recursive subroutine extrapolation_try_step(self, sys, state, h, t1, trial, status)
       class(extrapolation_stepper), intent(inout) :: self

@@ -160,10 +160,13 @@ contains
       class(ode_system), intent(inout) :: sys
       type(state_type), intent(inout) :: state
       type(status_type), intent(inout) :: status
+      logical :: is_changed
 
       call check_start(self, sys, state, status)
       if (status%failed()) return
-      if (any(abs([self%beta, self%gamma] - self%made_for) > 0.0_wp)) then
+      is_changed = .not. (ieee_is_finite(self%beta) .and. ieee_is_finite(self%gamma))
+      if (.not. is_changed) is_changed = any(abs([self%beta, self%gamma] - self%made_for) > 0.0_wp)
+      if (is_changed) then
          call status%set(dynstep_invalid_input, 'beta or gamma was changed after init; call init again')
          return
       end if

@@ -12,6 +12,7 @@ module test_misuse
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_midpoint, only: midpoint_stepper
    use dynstep_newmark, only: newmark_stepper
+   use dynstep_sequences, only: sequence_romberg
    use dynstep_status, only: dynstep_invalid_input, dynstep_more, dynstep_not_finite, dynstep_singular_matrix, &
       & dynstep_stopped, dynstep_success, status_type
    use dynstep_stepper, only: allocate_state, state_type, stepper_type
@@ -49,6 +50,7 @@ contains
          & new_unittest('run before start', test_run_before_start), &
          & new_unittest('another system than at init', test_another_system), &
          & new_unittest('levels changed after init', test_levels), &
+         & new_unittest('coefficients changed after init', test_coefficients), &
          & new_unittest('state of another size', test_state_size), &
          & new_unittest('state that is not finite', test_state_values), &
          & new_unittest('news of an earlier call', test_news), &
@@ -217,7 +219,37 @@ contains
       state = start_state(1)
       call stepper%start(sys, state, status)
       call check(error, status%code, dynstep_invalid_input, 'levels')
+      call status%clear()
+      stepper%levels = 4
+      stepper%sequence = sequence_romberg
+      call stepper%start(sys, state, status)
+      call check(error, status%code, dynstep_invalid_input, 'sequence')
+      call check(error, index(status%message, 'sequence or custom') == 1, status%message)
+      call status%clear()
+      call stepper%init(sys, status)
+      call stepper%start(sys, state, status)
+      call check(error, .not. status%failed(), 'a new init reads the sequence')
    end subroutine test_levels
+
+   subroutine test_coefficients(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(newmark_stepper) :: stepper
+      type(springs) :: sys
+      type(state_type) :: state
+      type(status_type) :: status
+      integer :: i
+      sys%n = 1
+      do i = 1, 2
+         stepper%beta = 0.25_wp
+         call status%clear()
+         call stepper%init(sys, status)
+         stepper%beta = merge(0.3_wp, ieee_value(1.0_wp, ieee_quiet_nan), i == 1)
+         state = start_state(1)
+         call stepper%start(sys, state, status)
+         call check(error, status%code, dynstep_invalid_input, 'beta')
+         call check(error, index(status%message, 'beta or gamma') == 1, status%message)
+      end do
+   end subroutine test_coefficients
 
    !> `start` and `allocate_state` give every array its size, whatever was there before
    subroutine test_state_size(error)
