@@ -46,6 +46,8 @@ def test_table_of_methods():
     assert {"newmark", "midpoint", "newmark-extrapolation"} <= table.keys()
     lines = str(table).splitlines()
     assert len(lines) == len(table) + 1 and lines[0].startswith("method")
+    limits = {line.split()[0]: line for line in lines[1:]}      # the README has the same figure
+    assert "any" in limits["newmark"] and "<= 0.2723" in limits["newmark-extrapolation"] and "unknown" not in str(table)
     system = dynstep.LinearSystem(1.0, K=1.0)
     for name in table:                          # each shorthand is one
         s = dynstep.solve(system, (0, 1), 1, 0, name, h=0.1)

@@ -322,8 +322,8 @@ class MethodTable(dict):
     def __str__(self):
         rows = [("method", "order", "of a", "stages", "symmetric", "stable for omega*h", "source")]
         for name, p in self.items():
-            x = p.stability_limit
-            limit = "unknown" if x is None else "any" if x == math.inf else "none" if x == 0.0 else f"<= {x:.4g}"
+            x = p.stability_limit if p.stability_limit is not None else _NAMED[name].stability_limit()
+            limit = "any" if x == math.inf else "none" if x == 0.0 else f"<= {x:.4g}"
             rows.append((name, str(p.order), str(p.acceleration_order), str(p.stages), "yes" if p.symmetric else "no",
                          limit, p.source))
         widths = [max(map(len, column)) for column in zip(*rows)]
