@@ -3,11 +3,13 @@
 module dynstep
    use dynstep_bilinear_spring, only: bilinear_spring, law_literal, law_odd
    use dynstep_check_system, only: check_system, finding_length
+   use dynstep_constrained_system, only: constrained_system, constraint_structure_type
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_extrapolation_stability, only: extrapolation_limit, growth_per_step, small_step_growth, stability_limit
    use dynstep_ground_motion, only: read_at2, standard_gravity
    use dynstep_integrate, only: control_type, integrate, integration_type, observer_type
+   use dynstep_jacobian, only: jacobian_type, pattern_type
    use dynstep_kinds, only: long, wp
    use dynstep_linear_system, only: linear_system, load_none, load_procedure, load_samples
    use dynstep_load_table, only: load_table_type, outside_hold, outside_zero

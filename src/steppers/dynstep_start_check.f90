@@ -7,7 +7,7 @@ module dynstep_start_check
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_invalid_input, status_type
-   use dynstep_stepper, only: state_type, stepper_type
+   use dynstep_stepper, only: multiplier_counts, state_type, stepper_type
    use dynstep_text, only: text
    implicit none
    private
@@ -25,16 +25,24 @@ contains
          & //' unknowns; set n >= 1 before init')
    end subroutine check_size
 
-   !> The system is one of mechanics, and its declarations make sense
-   recursive subroutine check_mechanical(method, sys, status)
+   !> The system is one of mechanics, its declarations make sense, and the method takes its
+   !> constraints where it has some
+   recursive subroutine check_mechanical(method, sys, status, takes_constraints)
       character(len=*), intent(in) :: method     !! name, for the sentence
       class(ode_system), intent(in) :: sys
       type(status_type), intent(inout) :: status
+      logical, intent(in), optional :: takes_constraints   !! default .false.
+      logical :: allowed
       call check_size(sys, status)
       if (status%failed()) return
       select type (sys)
       class is (mechanical_system)
          call check_structure(sys, status)
+         allowed = .false.
+         if (present(takes_constraints)) allowed = takes_constraints
+         if (status%failed() .or. allowed .or. sys%holonomic + sys%nonholonomic == 0) return
+         call status%set(dynstep_invalid_input, method//' takes no constraints, and this system has ' &
+            & //text(sys%holonomic)//' of g and '//text(sys%nonholonomic)//' of k: choose soi2')
       class default
          call status%set(dynstep_invalid_input, method//' steps mechanical systems M q" = f; this system ' &
             & //'is of first order: choose a method for those')
@@ -48,6 +56,7 @@ contains
       class(ode_system), intent(in) :: sys
       type(state_type), intent(inout) :: state
       type(status_type), intent(inout) :: status
+      integer :: m, p
 
       if (status%failed()) return
       if (.not. stepper%fits(sys)) then
@@ -61,9 +70,20 @@ contains
          if (size(state%a) /= sys%n) deallocate (state%a)
       end if
       if (.not. allocated(state%a)) allocate (state%a(sys%n), source=0.0_wp)
-      if (.not. allocated(state%lambda)) allocate (state%lambda(0))
-      if (.not. allocated(state%psi)) allocate (state%psi(0))
+      call multiplier_counts(sys, m, p)
+      call resize(state%lambda, m)
+      call resize(state%psi, p)
    end subroutine check_start
+
+   !> x [n], zero where it had another length
+   pure subroutine resize(x, n)
+      real(wp), allocatable, intent(inout) :: x(:)
+      integer, intent(in) :: n
+      if (allocated(x)) then
+         if (size(x) /= n) deallocate (x)
+      end if
+      if (.not. allocated(x)) allocate (x(n), source=0.0_wp)
+   end subroutine resize
 
    !> t and y have the shape and the values of a state
    recursive subroutine check_state(name, sys, state, status)

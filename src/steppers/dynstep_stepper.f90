@@ -26,7 +26,7 @@ module dynstep_stepper
    implicit none
    private
 
-   public :: advance_by_trials, allocate_state, has_shape, hermite_point
+   public :: advance_by_trials, allocate_state, has_shape, hermite_point, multiplier_counts
 
    !> A point of the trajectory
    type, public :: state_type
@@ -56,6 +56,7 @@ module dynstep_stepper
       integer(long) :: forces = 0             !! evaluations of f, or of the load of a linear system
       integer(long) :: masses = 0             !! evaluations of M
       integer(long) :: tangents = 0           !! evaluations of K and C
+      integer(long) :: constraints = 0        !! evaluations of g, k and their Jacobians, together
       integer(long) :: factorizations = 0
       integer(long) :: solves = 0             !! right-hand sides solved for
       integer(long) :: newton_iterations = 0
@@ -79,12 +80,16 @@ module dynstep_stepper
       !> Largest omega*h at which an undamped oscillator does not grow: huge() if there is
       !> none, 0 if it grows at every step, -1 if not known
       real(wp) :: stability_limit = -1.0_wp
+      !> A step may be longer than the one before it by less than this factor, many times over;
+      !> huge() where the method has no memory of the step length
+      real(wp) :: step_growth_limit = huge(1.0_wp)
    end type method_properties
 
    type, abstract, public :: stepper_type
       type(step_counters) :: count            !! work since `start`
       logical :: is_started = .false.         !! `start` was called after the last `init`
       integer, private :: n = 0               ! of the system that `init` saw, 0 before
+      integer, private :: m = 0, p = 0        ! constraints of that system
       logical, private :: is_linear = .false. ! that was a linear_system
       type(structure_type), private :: structure   ! of that system
       type(state_type), private :: spare      ! second state of `advance`
@@ -151,6 +156,7 @@ contains
       self%structure = structure_type()
       if (.not. present(sys)) return
       self%n = sys%n
+      call multiplier_counts(sys, self%m, self%p)
       self%is_linear = is_linear_system(sys)
       select type (sys)
       class is (mechanical_system)
@@ -162,7 +168,10 @@ contains
    pure logical function fits(self, sys)
       class(stepper_type), intent(in) :: self
       class(ode_system), intent(in) :: sys
-      fits = self%n == sys%n .and. self%n > 0 .and. (self%is_linear .eqv. is_linear_system(sys))
+      integer :: m, p
+      call multiplier_counts(sys, m, p)
+      fits = self%n == sys%n .and. self%n > 0 .and. self%m == m .and. self%p == p &
+         & .and. (self%is_linear .eqv. is_linear_system(sys))
       select type (sys)
       class is (mechanical_system)
          fits = fits .and. same_structure(self%structure, sys%structure)
@@ -207,6 +216,7 @@ contains
       self%forces = self%forces + other%forces
       self%masses = self%masses + other%masses
       self%tangents = self%tangents + other%tangents
+      self%constraints = self%constraints + other%constraints
       self%factorizations = self%factorizations + other%factorizations
       self%solves = self%solves + other%solves
       self%newton_iterations = self%newton_iterations + other%newton_iterations
@@ -226,7 +236,7 @@ contains
       class(ode_system), intent(in) :: sys
       type(state_type), intent(inout) :: state
       type(status_type), intent(inout) :: status
-      integer :: stat
+      integer :: m, p, stat
 
       if (status%failed()) return
       if (sys%n < 1) then
@@ -239,21 +249,41 @@ contains
       if (allocated(state%a)) deallocate (state%a)
       if (allocated(state%lambda)) deallocate (state%lambda)
       if (allocated(state%psi)) deallocate (state%psi)
-      allocate (state%y(sys%state_size()), state%a(sys%n), state%lambda(0), state%psi(0), stat=stat)
+      call multiplier_counts(sys, m, p)
+      allocate (state%y(sys%state_size()), state%a(sys%n), state%lambda(m), state%psi(p), stat=stat)
       if (stat /= 0) then
          call status%set(dynstep_no_memory, 'no memory for a state of '//text(sys%state_size())//' numbers')
          return
       end if
       state%y = 0.0_wp
       state%a = 0.0_wp
+      state%lambda = 0.0_wp
+      state%psi = 0.0_wp
    end subroutine allocate_state
+
+   !> How many multipliers a system has
+   pure subroutine multiplier_counts(sys, m, p)
+      class(ode_system), intent(in) :: sys
+      integer, intent(out) :: m, p         !! of g and of k
+      m = 0
+      p = 0
+      select type (sys)
+      class is (mechanical_system)
+         m = sys%holonomic
+         p = sys%nonholonomic
+      end select
+   end subroutine multiplier_counts
 
    !> True where the arrays of a state are there and have the lengths that belong to a system
    pure logical function has_shape(sys, state)
       class(ode_system), intent(in) :: sys
       type(state_type), intent(in) :: state
+      integer :: m, p
       has_shape = allocated(state%y) .and. allocated(state%a) .and. allocated(state%lambda) .and. allocated(state%psi)
-      if (has_shape) has_shape = size(state%y) == sys%state_size() .and. size(state%a) == sys%n
+      if (.not. has_shape) return
+      call multiplier_counts(sys, m, p)
+      has_shape = size(state%y) == sys%state_size() .and. size(state%a) == sys%n .and. size(state%lambda) == m &
+         & .and. size(state%psi) == p
    end function has_shape
 
    !> The trial becomes the state and the state the trial: arrays are exchanged, not copied.
@@ -314,7 +344,8 @@ contains
    end subroutine interpolate_by_hermite
 
    !> Hermite interpolation: of q, v, a at both ends (degree 5, error h^6 in q, h^5 in v, h^4
-   !> in a) for a mechanical system, of y, y' (degree 3, error h^4) for another
+   !> in a) for a mechanical system, with lambda and psi on a straight line (error h^2); of y, y'
+   !> (degree 3, error h^4) for another
    recursive subroutine hermite_point(sys, left, right, t, point)
       class(ode_system), intent(in) :: sys
       type(state_type), intent(in) :: left, right
@@ -331,10 +362,20 @@ contains
             call quintic(n, h, s, left%y(1:n), left%y(n + 1:), left%a, right%y(1:n), right%y(n + 1:), &
                & right%a, point%y(1:n), point%y(n + 1:), point%a)
          end associate
+         call straight_line(s, left%lambda, right%lambda, point%lambda)
+         call straight_line(s, left%psi, right%psi, point%psi)
       class default
          call cubic(sys%n, h, s, left%y, left%a, right%y, right%a, point%y, point%a)
       end select
    end subroutine hermite_point
+
+   !> Multipliers, where there are any
+   pure subroutine straight_line(s, x0, x1, x)
+      real(wp), intent(in) :: s
+      real(wp), allocatable, intent(in) :: x0(:), x1(:)
+      real(wp), allocatable, intent(inout) :: x(:)
+      if (allocated(x) .and. allocated(x0) .and. allocated(x1)) x = x0 + s*(x1 - x0)
+   end subroutine straight_line
 
    !> q(s) = q0 + s h v0 + s^2 h^2 a0/2 + s^3 [c0 + s c1 + s^2 c2] with c from the right end;
    !> the differences d keep a motion that is nearly straight at full accuracy

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The problem of mechanics: M(t,q,v) q'' = f(t,q,v), v = q'  (Austin 1991, eq. (1), with
-!> F and P of the paper on the right-hand side: f = P - F).
+!> F and P of the paper on the right-hand side: f = P - F).  With constraints, which it inherits
+!> from CONSTRAINED_SYSTEM: M q'' = f + r,  g(t,q) = 0,  k(t,q,v) = 0  (Jay & Negrut 2008, eqs. (11)).
 !>
 !> PROGRAMMING INTERFACE
 !>
@@ -15,11 +16,11 @@
 !>   compares what is declared with what the procedures do.  The state vector of a
 !>   mechanical system is y = [q; v], and RHS is provided: y' = [v; M^-1 f].
 module dynstep_mechanical_system
+   use dynstep_constrained_system, only: constrained_system
    use dynstep_differences, only: collect, difference_groups, motion_sizes, perturb
    use dynstep_factorization, only: factorization_type
    use dynstep_kinds, only: long, wp
    use dynstep_matrix, only: kind_dense, kind_identity, kind_zero, matrix_type
-   use dynstep_ode_system, only: ode_system
    use dynstep_status, only: status_type
    implicit none
    private
@@ -47,7 +48,7 @@ module dynstep_mechanical_system
       real(wp), allocatable :: vectors(:, :)     ! [n, 5]
    end type workspace_type
 
-   type, abstract, extends(ode_system), public :: mechanical_system
+   type, abstract, extends(constrained_system), public :: mechanical_system
       type(structure_type) :: structure
       integer(long) :: difference_forces = 0     !! forces evaluated for difference tangents
       type(workspace_type), private :: dynstep_workspace   ! of rhs and of differences
@@ -207,7 +208,8 @@ contains
       energy = 0.0_wp
    end subroutine no_energy
 
-   !> y' = [v; M^-1 f] of the state y = [q; v]  (Austin 1991, eq. (2))
+   !> y' = [v; M^-1 f] of the state y = [q; v]  (Austin 1991, eq. (2)); a system with constraints is no
+   !> such equation
    recursive subroutine mechanical_rhs(self, t, y, f, ierr)
       class(mechanical_system), intent(inout) :: self
       real(wp), intent(in) :: t
@@ -215,6 +217,9 @@ contains
       real(wp), intent(out) :: f(:)         !! [2n]
       integer, intent(out) :: ierr
       type(status_type) :: status
+      ierr = -1
+      f = 0.0_wp
+      if (self%holonomic + self%nonholonomic > 0) return
       associate (n => self%n, w => self%dynstep_workspace)
          f(1:n) = y(n + 1:2*n)
          call self%force(t, y(1:n), y(n + 1:2*n), f(n + 1:2*n), ierr)
