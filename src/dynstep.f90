@@ -4,13 +4,16 @@ module dynstep
    use dynstep_bilinear_spring, only: bilinear_spring, law_literal, law_odd
    use dynstep_check_system, only: check_system, finding_length
    use dynstep_constrained_system, only: constrained_system, constraint_structure_type
+   use dynstep_driven_crank, only: driven_crank
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_extrapolation_stability, only: extrapolation_limit, growth_per_step, small_step_growth, stability_limit
    use dynstep_ground_motion, only: read_at2, standard_gravity
    use dynstep_integrate, only: control_type, integrate, integration_type, observer_type
    use dynstep_jacobian, only: jacobian_type, pattern_type
+   use dynstep_jay_negrut_problem, only: jay_negrut_problem
    use dynstep_kinds, only: long, wp
+   use dynstep_knife_edge, only: knife_edge
    use dynstep_linear_system, only: linear_system, load_none, load_procedure, load_samples
    use dynstep_load_table, only: load_table_type, outside_hold, outside_zero
    use dynstep_matrix, only: banded_matrix, dense_matrix, diagonal_matrix, identity_matrix, kind_banded, &
@@ -21,9 +24,13 @@ module dynstep
    use dynstep_newmark, only: newmark_stepper
    use dynstep_ode_system, only: ode_system
    use dynstep_oscillator, only: free_oscillator, loaded_oscillator
+   use dynstep_rod_chain, only: rod_chain
+   use dynstep_rod_pendulum, only: rod_pendulum
+   use dynstep_rolling_disk, only: rolling_disk
    use dynstep_sequences, only: most_levels, sequence_bulirsch, sequence_custom, sequence_double_harmonic, &
       & sequence_harmonic, sequence_romberg
    use dynstep_shear_building, only: shear_building
+   use dynstep_slider_crank, only: slider_crank
    use dynstep_status, only: dynstep_callback_failed, dynstep_event, dynstep_file_error, &
       & dynstep_in_use, dynstep_inconsistent_start, dynstep_invalid_handle, dynstep_invalid_input, &
       & dynstep_more, dynstep_no_memory, dynstep_not_converged, dynstep_not_finite, &

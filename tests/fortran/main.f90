@@ -3,6 +3,7 @@
 program tester
    use test_bits, only: collect_bits
    use test_check_system, only: collect_check_system
+   use test_constrained_models, only: collect_constrained_models
    use test_drivers, only: collect_drivers
    use test_endings, only: collect_endings
    use test_figures, only: collect_figures
@@ -36,6 +37,7 @@ program tester
       & new_testsuite('misuse', collect_misuse), &
       & new_testsuite('ground_motion', collect_ground_motion), &
       & new_testsuite('models', collect_models), &
+      & new_testsuite('constrained_models', collect_constrained_models), &
       & new_testsuite('matrix', collect_matrix), &
       & new_testsuite('linalg', collect_linalg), &
       & new_testsuite('singular', collect_singular), &
