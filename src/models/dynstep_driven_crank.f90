@@ -93,7 +93,7 @@ contains
       real(wp), intent(in) :: t
       real(wp), intent(out) :: q(self%n), v(self%n), a(self%n)
       real(wp), intent(out) :: lambda(self%holonomic)
-      type(status_type), intent(inout) :: status      !! dynstep_inconsistent_start where the rod is too short
+      type(status_type), intent(inout) :: status      !! dynstep_invalid_input where the rod is too short
       real(wp) :: angle(3), j(3), difference, total
       lambda = 0.0_wp
       angle = self%angle(t)

@@ -15,7 +15,7 @@ module dynstep_slider_crank
    use dynstep_kinds, only: wp
    use dynstep_matrix, only: kind_diagonal, matrix_type
    use dynstep_mechanical_system, only: mechanical_system
-   use dynstep_status, only: dynstep_inconsistent_start, status_type
+   use dynstep_status, only: dynstep_invalid_input, status_type
    implicit none
    private
 
@@ -180,7 +180,7 @@ contains
       class(slider_crank), intent(in) :: self
       real(wp), intent(in) :: angle, rate             !! theta1 and theta1'
       real(wp), intent(out) :: q(self%n), v(self%n)
-      type(status_type), intent(inout) :: status      !! dynstep_inconsistent_start where the rod is too short
+      type(status_type), intent(inout) :: status      !! dynstep_invalid_input where the rod is too short
       real(wp) :: a(self%n)
       call self%angle_motion(angle, rate, 0.0_wp, q, v, a, status)
    end subroutine crank_start
@@ -201,7 +201,7 @@ contains
       c1 = cos(angle)
       s2 = -self%l1*s1/self%l2
       if (abs(s2) >= 1.0_wp) then
-         call status%set(dynstep_inconsistent_start, 'the rod of the slider-crank does not reach its guide from this angle &
+         call status%set(dynstep_invalid_input, 'the rod of the slider-crank does not reach its guide from this angle &
             &of the crank; choose l2 > l1')
          return
       end if

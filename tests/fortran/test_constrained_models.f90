@@ -14,7 +14,7 @@ module test_constrained_models
    use dynstep_rod_chain, only: rod_chain
    use dynstep_rod_pendulum, only: rod_pendulum
    use dynstep_slider_crank, only: slider_crank
-   use dynstep_status, only: dynstep_inconsistent_start, dynstep_invalid_input, status_type
+   use dynstep_status, only: dynstep_invalid_input, status_type
    use testing, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -508,7 +508,7 @@ contains
       call crank%start(0.1_wp, 1.0_wp, q, v, status)
       call check(error, .not. status%failed(), 'in reach')
       call crank%start(0.5_wp*pi, 1.0_wp, q, v, status)
-      call check(error, status%code, dynstep_inconsistent_start, trim(status%message))
+      call check(error, status%code, dynstep_invalid_input, trim(status%message))
       call status%clear()
       call chain%setup(0, status)
       call check(error, status%code, dynstep_invalid_input, trim(status%message))
