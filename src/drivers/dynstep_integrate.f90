@@ -318,6 +318,8 @@ contains
       to%t = from%t
       to%y = from%y
       to%a = from%a
+      to%lambda = from%lambda
+      to%psi = from%psi
    end subroutine copy_point
 
    recursive subroutine record_start(self, state, status, recorder)

@@ -36,6 +36,20 @@ static int in_use(intptr_t s)
     n += dynstep_set_tangent(s, 0, 0) == DYNSTEP_IN_USE;
     n += dynstep_set_structure(s, 3, 0, 0, 0, 0, 0, 0) == DYNSTEP_IN_USE;
     n += dynstep_set_energy(s, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_constraint_jacobian(s, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_constraint_curvature(s, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_velocity_jacobian(s, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_velocity_curvature(s, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_reaction(s, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_reaction_jacobian(s, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_reaction_tangent(s, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_constraint(s, 0, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_velocity_constraint(s, 0, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_pattern(s, 1, 0, NULL, NULL) == DYNSTEP_IN_USE;
+    n += dynstep_set_constraint_order(s, 0, NULL) == DYNSTEP_IN_USE;
+    n += dynstep_get_multipliers(s, 0, NULL, 0, NULL) == DYNSTEP_IN_USE;
+    n += dynstep_record_multipliers(s, 0, 0, NULL, 0, NULL) == DYNSTEP_IN_USE;
+    n += dynstep_residuals(s, N, 0.0, q0, v0, 0, NULL, NULL, 0, NULL) == DYNSTEP_IN_USE;
     n += dynstep_set_matrix(s, 1, 1, 0, 0, 1, x) == DYNSTEP_IN_USE;
     n += dynstep_set_load(s, 0, 0) == DYNSTEP_IN_USE;
     n += dynstep_set_load_table(s, 0, 0, 0.0, 0.0, NULL, NULL, NULL, 0) == DYNSTEP_IN_USE;
@@ -59,7 +73,7 @@ static int in_use(intptr_t s)
     n += dynstep_message(s, sizeof text, text) == DYNSTEP_IN_USE && strstr(text, "in use");
     return n;
 }
-enum { FUNCTIONS_OF_A_HANDLE = 27 };
+enum { FUNCTIONS_OF_A_HANDLE = 41 };
 
 static int invalid(intptr_t s)
 {
@@ -73,6 +87,20 @@ static int invalid(intptr_t s)
     n += dynstep_set_tangent(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_structure(s, 3, 0, 0, 0, 0, 0, 0) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_energy(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_constraint_jacobian(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_constraint_curvature(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_velocity_jacobian(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_velocity_curvature(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_reaction(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_reaction_jacobian(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_reaction_tangent(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_constraint(s, 0, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_velocity_constraint(s, 0, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_pattern(s, 1, 0, NULL, NULL) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_constraint_order(s, 0, NULL) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_get_multipliers(s, 0, NULL, 0, NULL) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_record_multipliers(s, 0, 0, NULL, 0, NULL) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_residuals(s, N, 0.0, q0, v0, 0, NULL, NULL, 0, NULL) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_matrix(s, 1, 1, 0, 0, 1, x) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_load(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_load_table(s, 0, 0, 0.0, 0.0, NULL, NULL, NULL, 0) == DYNSTEP_INVALID_HANDLE;

@@ -250,7 +250,8 @@ static void test_counts(void)
 {
     long long counts[DYNSTEP_COUNTS];
     const char *names[DYNSTEP_COUNTS] = {"steps", "substeps", "rejections", "forces", "masses", "tangents",
-                                         "factorizations", "solves", "newton_iterations", "halvings"};
+                                         "factorizations", "solves", "newton_iterations", "halvings",
+                                         "constraints"};
     char name[32];
     int calls = 0;
     double q[N];

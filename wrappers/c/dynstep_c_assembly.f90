@@ -3,9 +3,11 @@
 module dynstep_c_assembly
    use dynstep_c_handle, only: integrator_type
    use dynstep_flat_method, only: build_method
+   use dynstep_jacobian, only: pattern_type
    use dynstep_linear_system, only: load_none
    use dynstep_matrix, only: kind_zero
-   use dynstep_status, only: dynstep_invalid_input
+   use dynstep_status, only: dynstep_invalid_input, status_type
+   use dynstep_text, only: text
    use dynstep_stepper, only: allocate_state
    implicit none
    private
@@ -40,6 +42,7 @@ contains
             call s%status%set(dynstep_invalid_input, 'set a force or a load, not both; add the load to the force')
          else
             call assemble_mass(s)
+            call check_constraints(s)
             ! difference tangents are good to 1e-8, too little for a single correction
             s%general%structure%force_is_linear = s%declared_linear .and. associated(s%general%tangent_function)
             s%sys => s%general
@@ -48,6 +51,9 @@ contains
          & associated(s%general%energy_function)) then
          call s%status%set(dynstep_invalid_input, 'set a force: functions of mass, tangent and energy go with one, ' &
             & //'a linear system has matrices instead')
+      else if (associated(s%general%g_function) .or. associated(s%general%k_function)) then
+         call s%status%set(dynstep_invalid_input, 'set a force: constraints go with one; add -C v - K q and the load of ' &
+            & //'a linear system to it, and give its mass by dynstep_set_matrix')
       else if (.not. s%has_matrices .and. s%linear%load_kind == load_none) then
          call s%status%set(dynstep_invalid_input, 'set a force, or the matrices of a linear system')
       else
@@ -55,6 +61,42 @@ contains
          if (.not. s%status%failed()) s%sys => s%linear
       end if
    end subroutine assemble_system
+
+   !> What belongs to constraints goes with them, and has their number
+   recursive subroutine check_constraints(s)
+      type(integrator_type), intent(inout) :: s
+      integer :: unknowns
+      associate (sys => s%general, status => s%status)
+         if (.not. associated(sys%g_function) .and. (associated(sys%g_jacobian_function) .or. &
+            & associated(sys%g_curvature_function) .or. .not. sys%constraints%g%is_dense())) then
+            call status%set(dynstep_invalid_input, 'set a constraint: its Jacobian, curvature and pattern go with one')
+         else if (.not. associated(sys%k_function) .and. (associated(sys%k_jacobian_function) .or. &
+            & associated(sys%k_curvature_function) .or. .not. sys%constraints%k%is_dense())) then
+            call status%set(dynstep_invalid_input, 'set a velocity constraint: its Jacobian, curvature and pattern go with one')
+         else if (associated(sys%r_jacobian_function) .and. .not. associated(sys%r_function)) then
+            call status%set(dynstep_invalid_input, 'set a reaction: its Jacobian goes with one')
+         else if (sys%holonomic + sys%nonholonomic == 0 .and. (associated(sys%r_function) .or. &
+            & associated(sys%r_tangent_function))) then
+            call status%set(dynstep_invalid_input, 'set a constraint: reactions and their tangents go with one')
+         end if
+         call check_rows('constraint_jacobian', sys%constraints%g, sys%holonomic, status)
+         call check_rows('velocity_jacobian', sys%constraints%k, sys%nonholonomic, status)
+         if (status%failed() .or. .not. allocated(sys%constraints%order)) return
+         unknowns = sys%n + sys%holonomic + sys%nonholonomic
+         if (size(sys%constraints%order) /= unknowns) call status%set(dynstep_invalid_input, &
+            & 'the constraint order has '//text(size(sys%constraints%order))//' unknowns, but n + m + p = '//text(unknowns))
+      end associate
+   end subroutine check_constraints
+
+   recursive subroutine check_rows(name, pattern, rows, status)
+      character(len=*), intent(in) :: name
+      type(pattern_type), intent(in) :: pattern
+      integer, intent(in) :: rows                  !! constraints that there are
+      type(status_type), intent(inout) :: status
+      if (status%failed() .or. pattern%is_dense()) return
+      if (size(pattern%first) /= rows + 1) call status%set(dynstep_invalid_input, 'the pattern of '//name//' has ' &
+         & //text(size(pattern%first) - 1)//' rows, but there are '//text(rows)//' constraints')
+   end subroutine check_rows
 
    !> A mass that is a matrix tells its own structure
    recursive subroutine assemble_mass(s)

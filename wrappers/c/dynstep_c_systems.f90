@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Systems and observers whose procedures are C functions with a context pointer.
 !>
-!>   c_system          general: M(t,q,v) q'' = f(t,q,v)
+!>   c_system          general: M(t,q,v) q'' = f(t,q,v), with the constraints of c_constrained_system
 !>   c_linear_system   M q'' + C q' + K q = p(t), with p by a C function where there is one
 !>   c_observer        sees each step of a run
 module dynstep_c_systems
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_loc, c_null_ptr, c_ptr
+   use dynstep_c_constraints, only: c_constrained_system
    use dynstep_integrate, only: observer_type
    use dynstep_kinds, only: wp
    use dynstep_linear_system, only: linear_system
    use dynstep_matrix, only: kind_zero, matrix_type
-   use dynstep_mechanical_system, only: mechanical_system
    use dynstep_stepper, only: state_type, stepper_type
    implicit none
    private
@@ -73,7 +73,7 @@ module dynstep_c_systems
    public :: c_force_function, c_tangent_function, c_energy_function, c_load_function, c_observer_function
 
    !> dynstep_mass has the interface of dynstep_force, the matrix in the place of f
-   type, extends(mechanical_system), public :: c_system
+   type, extends(c_constrained_system), public :: c_system
       procedure(c_force_function), pointer, nopass :: force_function => null()
       procedure(c_force_function), pointer, nopass :: mass_function => null()
       procedure(c_tangent_function), pointer, nopass :: tangent_function => null()

@@ -1,26 +1,30 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Texts and arrays across the border to C.
 module dynstep_c_text
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
+   use dynstep_kinds, only: wp
+   use dynstep_status, only: dynstep_invalid_input, status_type
+   use dynstep_text, only: text
    implicit none
    private
 
-   public :: put_text, length_of_text, get_text
+   public :: put_text, length_of_text, get_text, take_point, give
 
 contains
 
    !> Copy a text to a C buffer, cut to length - 1 characters and ended by zero
-   recursive subroutine put_text(text, length, buffer)
-      character(len=*), intent(in) :: text
+   recursive subroutine put_text(words, length, buffer)
+      character(len=*), intent(in) :: words
       integer(c_int), intent(in) :: length        !! room of the buffer; < 1: nothing is written
       type(c_ptr), intent(in) :: buffer           !! null: nothing is written
       character(kind=c_char), pointer :: to(:)
       integer :: i, last
       if (length < 1 .or. .not. c_associated(buffer)) return
       call c_f_pointer(buffer, to, [length])
-      last = min(len(text), int(length) - 1)
+      last = min(len(words), int(length) - 1)
       do i = 1, last
-         to(i) = text(i:i)
+         to(i) = words(i:i)
       end do
       to(last + 1) = c_null_char
    end subroutine put_text
@@ -38,15 +42,60 @@ contains
       length = most
    end function length_of_text
 
-   !> A C text; `text` has the length that length_of_text tells
-   recursive subroutine get_text(from, text)
+   !> A C text; `words` has the length that length_of_text tells
+   recursive subroutine get_text(from, words)
       type(c_ptr), intent(in) :: from
-      character(len=*), intent(out) :: text
+      character(len=*), intent(out) :: words
       character(kind=c_char), pointer :: characters(:)
       integer :: i
-      call c_f_pointer(from, characters, [len(text)])
-      do i = 1, len(text)
-         text(i:i) = characters(i)
+      call c_f_pointer(from, characters, [len(words)])
+      do i = 1, len(words)
+         words(i:i) = characters(i)
       end do
    end subroutine get_text
+
+   !> Point that a caller gives: right length, there at all, finite
+   recursive subroutine take_point(coordinates, n, t, q, v, q0, v0, status)
+      integer, intent(in) :: coordinates              !! of the system
+      integer(c_int), intent(in) :: n                 !! what the caller says
+      real(c_double), intent(in) :: t
+      type(c_ptr), intent(in) :: q, v
+      real(c_double), pointer, intent(out) :: q0(:), v0(:)
+      type(status_type), intent(inout) :: status
+      integer :: i
+
+      q0 => null()
+      v0 => null()
+      if (n /= coordinates) then
+         call status%set(dynstep_invalid_input, 'n = '//text(n)//', but the system has '//text(coordinates)//' coordinates')
+      else if (.not. c_associated(q)) then
+         call status%set(dynstep_invalid_input, 'q is NULL')
+      else if (.not. c_associated(v)) then
+         call status%set(dynstep_invalid_input, 'v is NULL')
+      else if (.not. ieee_is_finite(t)) then
+         call status%set(dynstep_invalid_input, 't = '//text(t)//' is not finite')
+      end if
+      if (status%failed()) return
+      call c_f_pointer(q, q0, [n])
+      call c_f_pointer(v, v0, [n])
+      do i = 1, n
+         if (.not. ieee_is_finite(q0(i))) then
+            call status%set(dynstep_invalid_input, 'component '//text(i)//' of q is not finite')
+            return
+         else if (.not. ieee_is_finite(v0(i))) then
+            call status%set(dynstep_invalid_input, 'component '//text(i)//' of v is not finite')
+            return
+         end if
+      end do
+   end subroutine take_point
+
+   !> Copy to a C array; null: not wanted
+   recursive subroutine give(from, to)
+      real(wp), intent(in) :: from(:)
+      type(c_ptr), intent(in) :: to
+      real(c_double), pointer :: x(:)
+      if (.not. c_associated(to)) return
+      call c_f_pointer(to, x, [size(from)])
+      x = from
+   end subroutine give
 end module dynstep_c_text

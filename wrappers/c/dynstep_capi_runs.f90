@@ -121,11 +121,15 @@ contains
       end if
       code = s%status%code
       if (code /= dynstep_success) return
+      if (capacity > 0) then
+         call attach(s, int(capacity), t_out, q_out, v_out, a_out)
+         code = s%status%code
+         if (code /= dynstep_success) return
+      end if
       s%recording = merge(1, -1, capacity > 0)
       if (capacity == 0) then
          call go_on(s, int(max_steps), .false.)
       else
-         call attach(s, int(capacity), t_out, q_out, v_out, a_out)
          call go_on_recording(s, int(max_steps))
          written = s%points%count
       end if
@@ -146,6 +150,7 @@ contains
       if (c_associated(q_out)) call c_f_pointer(q_out, s%points%q, [s%n, capacity])
       if (c_associated(v_out)) call c_f_pointer(v_out, s%points%v, [s%n, capacity])
       if (c_associated(a_out)) call c_f_pointer(a_out, s%points%a, [s%n, capacity])
+      call s%points%reserve(s%sys%holonomic, s%sys%nonholonomic, s%status)
    end subroutine attach
 
    !> First the points that found no room before and the code that came with them, if it was

@@ -6,11 +6,10 @@ module dynstep_capi_steps
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_long_long, c_ptr
    use dynstep_c_assembly, only: assemble, assemble_system
    use dynstep_c_handle, only: integrator_type, reach
-   use dynstep_c_text, only: put_text
+   use dynstep_c_text, only: give, put_text, take_point
    use dynstep_check_system, only: check_system, finding_length
    use dynstep_kinds, only: wp
-   use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input, dynstep_not_finite, dynstep_success, &
-      & status_type
+   use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input, dynstep_not_finite, dynstep_success
    use dynstep_stepper, only: clock_type
    use dynstep_text, only: text
    implicit none
@@ -20,7 +19,7 @@ module dynstep_capi_steps
    public :: dynstep_energy, dynstep_counts, dynstep_count_name
 
    !> DYNSTEP_COUNTS of dynstep.h
-   integer, parameter :: number_of_counts = 10
+   integer, parameter :: number_of_counts = 11
 
 contains
 
@@ -39,7 +38,7 @@ contains
       code = reach(handle, s)
       if (code /= dynstep_success) return
       call put_text('', length, report)
-      call take_point(s, n, t, q, v, q0, v0, s%status)
+      call take_point(s%n, n, t, q, v, q0, v0, s%status)
       if (.not. s%assembled) call assemble_system(s)
       if (.not. s%status%failed()) then
          s%busy = .true.
@@ -77,7 +76,7 @@ contains
 
       code = reach(handle, s)
       if (code /= dynstep_success) return
-      call take_point(s, n, t, q, v, q0, v0, s%status)
+      call take_point(s%n, n, t, q, v, q0, v0, s%status)
       call assemble(s)
       code = s%status%code
       if (code /= dynstep_success) return
@@ -93,41 +92,6 @@ contains
       s%step_clock = clock_type(t0=t, h=0.0_wp, k=0)
       code = s%status%code
    end function dynstep_start
-
-   !> Point that a caller gives: right length, there at all, finite
-   recursive subroutine take_point(s, n, t, q, v, q0, v0, status)
-      type(integrator_type), intent(in) :: s
-      integer(c_int), intent(in) :: n
-      real(c_double), intent(in) :: t
-      type(c_ptr), intent(in) :: q, v
-      real(c_double), pointer, intent(out) :: q0(:), v0(:)
-      type(status_type), intent(inout) :: status
-      integer :: i
-
-      q0 => null()
-      v0 => null()
-      if (n /= s%n) then
-         call status%set(dynstep_invalid_input, 'n = '//text(n)//', but the system has '//text(s%n)//' coordinates')
-      else if (.not. c_associated(q)) then
-         call status%set(dynstep_invalid_input, 'q is NULL')
-      else if (.not. c_associated(v)) then
-         call status%set(dynstep_invalid_input, 'v is NULL')
-      else if (.not. ieee_is_finite(t)) then
-         call status%set(dynstep_invalid_input, 't = '//text(t)//' is not finite')
-      end if
-      if (status%failed()) return
-      call c_f_pointer(q, q0, [n])
-      call c_f_pointer(v, v0, [n])
-      do i = 1, n
-         if (.not. ieee_is_finite(q0(i))) then
-            call status%set(dynstep_invalid_input, 'component '//text(i)//' of q is not finite')
-            return
-         else if (.not. ieee_is_finite(v0(i))) then
-            call status%set(dynstep_invalid_input, 'component '//text(i)//' of v is not finite')
-            return
-         end if
-      end do
-   end subroutine take_point
 
    !> h is finite and not lost in the rounding of t; a NaN is not compared, which may trap
    pure logical function moves(h, t)
@@ -188,15 +152,6 @@ contains
       call give(s%state%a, a)
    end function dynstep_get
 
-   recursive subroutine give(from, to)
-      real(wp), intent(in) :: from(:)
-      type(c_ptr), intent(in) :: to
-      real(c_double), pointer :: x(:)
-      if (.not. c_associated(to)) return
-      call c_f_pointer(to, x, [size(from)])
-      x = from
-   end subroutine give
-
    recursive function dynstep_energy(handle, energy) result(code) bind(c)
       integer(c_intptr_t), value :: handle
       type(c_ptr), value :: energy
@@ -249,7 +204,7 @@ contains
       if (.not. allocated(s%stepper)) return
       associate (c => s%stepper%count)
          numbers = [c%steps, c%substeps, c%rejections, c%forces, c%masses, c%tangents, c%factorizations, c%solves, &
-            & c%newton_iterations, c%halvings]
+            & c%newton_iterations, c%halvings, c%constraints]
       end associate
    end function dynstep_counts
 
@@ -258,7 +213,8 @@ contains
       type(c_ptr), value :: buffer
       integer(c_int) :: code
       character(len=17), parameter :: names(0:number_of_counts - 1) = [character(len=17) :: 'steps', 'substeps', &
-         & 'rejections', 'forces', 'masses', 'tangents', 'factorizations', 'solves', 'newton_iterations', 'halvings']
+         & 'rejections', 'forces', 'masses', 'tangents', 'factorizations', 'solves', 'newton_iterations', 'halvings', &
+         & 'constraints']
       code = dynstep_invalid_input
       call put_text('', length, buffer)
       if (i < 0 .or. i >= number_of_counts) return

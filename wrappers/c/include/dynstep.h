@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* dynstep: time integrators for mechanical systems, M(t,q,v) q'' = f(t,q,v).  The C interface.
+/* dynstep: time integrators for mechanical systems, M(t,q,v) q'' = f(t,q,v), free or with constraints.
+ * The C interface.
  *
  *   intptr_t s = dynstep_new(n);
  *   dynstep_set_force(s, (intptr_t)force, (intptr_t)&data);
@@ -20,7 +21,8 @@
  *
  * SYSTEMS.  Two kinds:
  *   general   dynstep_set_force, with dynstep_set_mass or a constant mass by dynstep_set_matrix,
- *             dynstep_set_tangent, dynstep_set_structure, dynstep_set_energy where they apply;
+ *             dynstep_set_tangent, dynstep_set_structure, dynstep_set_energy where they apply; with
+ *             constraints, dynstep_set_constraint and its relatives;
  *   linear    M q'' + C q' + K q = p(t): no force, but dynstep_set_matrix, and dynstep_set_load
  *             or dynstep_set_load_table (the one set last counts) where there is a load.
  * What is not set: M is the identity, C, K and p are zero, tangents are taken by differences.
@@ -80,6 +82,11 @@ enum dynstep_matrix {                /* which matrix of a linear system */
     DYNSTEP_MASS = 1, DYNSTEP_DAMPING = 2, DYNSTEP_STIFFNESS = 3
 };
 
+enum dynstep_jacobian {              /* which pattern */
+    DYNSTEP_CONSTRAINT_JACOBIAN = 1, /* G = dg/dq */
+    DYNSTEP_VELOCITY_JACOBIAN = 2    /* K = dk/dv */
+};
+
 enum dynstep_outside {               /* the load before the first and after the last sample */
     DYNSTEP_OUTSIDE_ZERO = 0, DYNSTEP_OUTSIDE_HOLD = 1
 };
@@ -95,8 +102,8 @@ enum dynstep_sequence {              /* sub-steps of the rows of an extrapolatio
 enum dynstep_count {                 /* places in the counters of dynstep_counts */
     DYNSTEP_COUNT_STEPS = 0, DYNSTEP_COUNT_SUBSTEPS, DYNSTEP_COUNT_REJECTIONS, DYNSTEP_COUNT_FORCES,
     DYNSTEP_COUNT_MASSES, DYNSTEP_COUNT_TANGENTS, DYNSTEP_COUNT_FACTORIZATIONS, DYNSTEP_COUNT_SOLVES,
-    DYNSTEP_COUNT_NEWTON_ITERATIONS, DYNSTEP_COUNT_HALVINGS,
-    DYNSTEP_COUNTS                   /* how many there are: 10 */
+    DYNSTEP_COUNT_NEWTON_ITERATIONS, DYNSTEP_COUNT_HALVINGS, DYNSTEP_COUNT_CONSTRAINTS,
+    DYNSTEP_COUNTS                   /* how many there are: 11 */
 };
 
 enum dynstep_fact {                  /* places in the integers of dynstep_properties */
@@ -129,6 +136,43 @@ typedef int dynstep_tangent(int n, double t, const double *q, const double *v, c
 /* Energy of the system, conserved or not */
 typedef int dynstep_energy_function(int n, double t, const double *q, const double *v, double *energy,
                                     void *ctx);
+
+/* g(t,q), holonomic constraints: m of them */
+typedef int dynstep_constraint(int n, int m, double t, const double *q, double *g, void *ctx);
+
+/* G = dg/dq by rows, gq[j + i*n] is G(i,j), or its values in the order of the pattern that was set; and
+ * gt = dg/dt.  Both are zero on entry. */
+typedef int dynstep_constraint_jacobian(int n, int m, double t, const double *q, double *gq, double *gt,
+                                        void *ctx);
+
+/* c = g'' - G q'' = g_tt + 2 g_tq v + g_qq(v,v) */
+typedef int dynstep_constraint_curvature(int n, int m, double t, const double *q, const double *v, double *c,
+                                         void *ctx);
+
+/* k(t,q,v), constraints on velocities: p of them */
+typedef int dynstep_velocity_constraint(int n, int p, double t, const double *q, const double *v, double *k,
+                                        void *ctx);
+
+/* K = dk/dv, stored as G is and zero on entry */
+typedef int dynstep_velocity_jacobian(int n, int p, double t, const double *q, const double *v, double *kv,
+                                      void *ctx);
+
+/* c = k' - K q'' = k_t + k_q v */
+typedef int dynstep_velocity_curvature(int n, int p, double t, const double *q, const double *v, double *c,
+                                       void *ctx);
+
+/* r(t,q,v,lambda,psi), the forces by which the constraints act, where they are not -G' lambda - K' psi */
+typedef int dynstep_reaction(int n, int m, int p, double t, const double *q, const double *v,
+                             const double *lambda, const double *psi, double *r, void *ctx);
+
+/* dr/dlambda and dr/dpsi by columns, rl[i + j*n] is dr(i)/dlambda(j).  Both are zero on entry. */
+typedef int dynstep_reaction_jacobian(int n, int m, int p, double t, const double *q, const double *v,
+                                      const double *lambda, const double *psi, double *rl, double *rp, void *ctx);
+
+/* k = -dr/dq and c = -dr/dv in the storage that dynstep_set_structure tells, zero on entry; c is NULL where
+ * the system is velocity-free */
+typedef int dynstep_reaction_tangent(int n, int m, int p, double t, const double *q, const double *v,
+                                     const double *lambda, const double *psi, double *k, double *c, void *ctx);
 
 /* p(t) of a linear system */
 typedef int dynstep_load(int n, double t, double *p, void *ctx);
@@ -182,6 +226,42 @@ int dynstep_set_structure(intptr_t handle, int kind, int kl, int ku, int symmetr
                           int velocity_free);
 
 int dynstep_set_energy(intptr_t handle, intptr_t fun, intptr_t ctx);          /* dynstep_energy_function */
+
+/* ---- The system: constraints ---- */
+
+/* M q'' = f + r,  g(t,q) = 0,  k(t,q,v) = 0, with multipliers lambda of g and psi of k, and the reactions
+ * r = -G' lambda - K' psi unless dynstep_set_reaction gives other ones.  Constraints go with a force. */
+
+/* m constraints g, 1 <= m <= n.  fun = 0 takes them away, with their Jacobian, curvature and pattern (m is
+ * then not read). */
+int dynstep_set_constraint(intptr_t handle, int m, intptr_t fun, intptr_t ctx);     /* dynstep_constraint */
+
+/* fun = 0: by differences, here and below */
+int dynstep_set_constraint_jacobian(intptr_t handle, intptr_t fun, intptr_t ctx);
+int dynstep_set_constraint_curvature(intptr_t handle, intptr_t fun, intptr_t ctx);
+
+/* p constraints k, 1 <= p <= n, in the same way */
+int dynstep_set_velocity_constraint(intptr_t handle, int p, intptr_t fun, intptr_t ctx);
+int dynstep_set_velocity_jacobian(intptr_t handle, intptr_t fun, intptr_t ctx);
+int dynstep_set_velocity_curvature(intptr_t handle, intptr_t fun, intptr_t ctx);
+
+/* fun = 0: r = -G' lambda - K' psi; takes the Jacobian of a reaction away, too */
+int dynstep_set_reaction(intptr_t handle, intptr_t fun, intptr_t ctx);                /* dynstep_reaction */
+int dynstep_set_reaction_jacobian(intptr_t handle, intptr_t fun, intptr_t ctx);
+
+/* Of any reaction; fun = 0: left out of the iteration matrix, on which the speed of Newton's iteration
+ * depends, nothing else */
+int dynstep_set_reaction_tangent(intptr_t handle, intptr_t fun, intptr_t ctx);
+
+/* Places of G or K (`which`, enum dynstep_jacobian) that may differ from zero: row i has those columns
+ * column[first[i]] .. column[first[i+1] - 1], which increase.  rows is m or p; first has rows + 1 numbers,
+ * first[0] = 0.  rows = 0: all places (first and column are then not read). */
+int dynstep_set_pattern(intptr_t handle, int which, int rows, const int *first, const int *column);
+
+/* Order of the unknowns in the band of the equations, best body by body: a permutation of 0 .. n-1
+ * (coordinates), n .. n+m-1 (lambda), n+m .. n+m+p-1 (psi).  count = n + m + p; 0: the library looks for
+ * an order. */
+int dynstep_set_constraint_order(intptr_t handle, int count, const int *order);
 
 /* ---- The system: linear ---- */
 
@@ -253,6 +333,14 @@ int dynstep_step(intptr_t handle, double h);
 /* Last accepted point; NULL: not wanted */
 int dynstep_get(intptr_t handle, int n, double *t, double *q, double *v, double *a);
 
+/* Multipliers of the last accepted point, lambda[m] and psi[p]; NULL: not wanted */
+int dynstep_get_multipliers(intptr_t handle, int m, double *lambda, int p, double *psi);
+
+/* How well the constraints hold at t, q and v: g[m] = g(t,q), gv[m] = G v + dg/dt, k[p] = k(t,q,v).  NULL:
+ * not wanted, and then not evaluated.  Needs no start. */
+int dynstep_residuals(intptr_t handle, int n, double t, const double *q, const double *v, int m, double *g,
+                      double *gv, int p, double *k);
+
 /* Energy of the last accepted point, of a system that has one: by dynstep_set_energy, or a linear one
  * with symmetric M and K, (v'Mv + q'Kq)/2 */
 int dynstep_energy(intptr_t handle, double *energy);
@@ -295,6 +383,11 @@ int dynstep_begin(intptr_t handle, double t_end, double h, int every, int n_eval
  * capacity = 0 records nothing; it must then be 0 in all calls of the run (count and arrays may be NULL). */
 int dynstep_proceed(intptr_t handle, int max_steps, int capacity, int *count, double *t_out, double *q_out,
                     double *v_out, double *a_out);
+
+/* Multipliers of the points that the last dynstep_proceed wrote, `count` as it told: those of point i in
+ * lambda_out[i*m] .. lambda_out[i*m + m-1] and psi_out[i*p] .. psi_out[i*p + p-1]; NULL: not wanted.  Between
+ * the ends of a step they lie on a straight line. */
+int dynstep_record_multipliers(intptr_t handle, int count, int m, double *lambda_out, int p, double *psi_out);
 
 /* ---- Records ---- */
 
