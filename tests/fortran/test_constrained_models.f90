@@ -2,7 +2,7 @@
 !> Models with constraints: Jacobians and curvatures against differences, declared patterns, exact solutions in the
 !> equations of motion, starts, energy against the work of reactions, printed values.
 module test_constrained_models
-   use constrained_cases, only: at, complete, consistent_point, difference_error, difference_step, differentiate, evaluate, &
+   use mechanism_cases, only: at, complete, consistent_point, difference_error, difference_step, differentiate, evaluate, &
       & exact_at, general_point, jacobians_at, make, models, names, no_direction, of_f, of_g, of_gv, of_k, of_r, &
       & point_type, weight
    use dynstep_check_system, only: check_system, finding_length

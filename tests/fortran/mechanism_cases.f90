@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The models with constraints, points of them, and what tests ask of a system at a point: its functions,
 !> their derivatives by differences, the accelerations and multipliers that belong to q and v.
-module constrained_cases
+module mechanism_cases
    use dynstep_driven_crank, only: driven_crank
    use dynstep_factorization, only: factorization_type
    use dynstep_jacobian, only: jacobian_type
@@ -294,4 +294,4 @@ contains
          p%psi = x(n + size_g + 1:)
       end associate
    end subroutine complete
-end module constrained_cases
+end module mechanism_cases
