@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> All public names of the library: `use dynstep`.
 module dynstep
+   use dynstep_alpha_coefficients, only: alpha_coefficients, coefficients_of, hht_coefficients, newmark_coefficients
    use dynstep_bilinear_spring, only: bilinear_spring, law_literal, law_odd
    use dynstep_check_system, only: check_system, finding_length
    use dynstep_constrained_system, only: constrained_system, constraint_structure_type
@@ -8,6 +9,7 @@ module dynstep
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_extrapolation_stability, only: extrapolation_limit, growth_per_step, small_step_growth, stability_limit
+   use dynstep_generalized_alpha, only: generalized_alpha_stepper
    use dynstep_ground_motion, only: read_at2, standard_gravity
    use dynstep_integrate, only: control_type, integrate, integration_type, observer_type
    use dynstep_jacobian, only: jacobian_type, pattern_type
@@ -31,6 +33,8 @@ module dynstep
       & sequence_harmonic, sequence_romberg
    use dynstep_shear_building, only: shear_building
    use dynstep_slider_crank, only: slider_crank
+   use dynstep_soi2, only: mass_recomputed, mass_stored, soi2_stepper, start_keep, start_project, start_refuse, &
+      & start_report, variant_index3, variant_reduced, variant_soi2
    use dynstep_status, only: dynstep_callback_failed, dynstep_event, dynstep_file_error, &
       & dynstep_in_use, dynstep_inconsistent_start, dynstep_invalid_handle, dynstep_invalid_input, &
       & dynstep_more, dynstep_no_memory, dynstep_not_converged, dynstep_not_finite, &

@@ -32,6 +32,8 @@ module dynstep_equilibrium
       integer :: halvings = 20             !! halvings of one correction, >= 0
       real(wp) :: tolerance = 0.0_wp       !! of the correction of q and v, relative to each
                                            !! component; 0: to round-off
+   contains
+      procedure :: check => options_check
    end type newton_options
 
    !> Rate of convergence above which the next step starts with a new matrix, and above which
@@ -75,21 +77,26 @@ module dynstep_equilibrium
 
 contains
 
+   !> limit >= 1, halvings >= 0, a finite tolerance >= 0
+   pure subroutine options_check(self, status)
+      class(newton_options), intent(in) :: self
+      type(status_type), intent(inout) :: status
+      logical :: in_range
+      if (status%failed()) return
+      in_range = self%limit >= 1 .and. self%halvings >= 0 .and. ieee_is_finite(self%tolerance)
+      if (in_range) in_range = self%tolerance >= 0.0_wp
+      if (.not. in_range) call status%set(dynstep_invalid_input, 'Newton options: limit >= 1, halvings >= 0 and a finite ' &
+         & //'tolerance >= 0 are needed, not '//text(self%limit)//', '//text(self%halvings)//', '//text(self%tolerance))
+   end subroutine options_check
+
    recursive subroutine equilibrium_init(self, sys, status)
       class(equilibrium_solver), intent(inout) :: self
       class(mechanical_system), intent(in) :: sys
       type(status_type), intent(inout) :: status
-      logical :: in_range
 
       if (status%failed()) return
-      in_range = self%options%limit >= 1 .and. self%options%halvings >= 0 .and. ieee_is_finite(self%options%tolerance)
-      if (in_range) in_range = self%options%tolerance >= 0.0_wp
-      if (.not. in_range) then
-         call status%set(dynstep_invalid_input, 'Newton options: limit >= 1, halvings >= 0 and a finite tolerance >= 0 ' &
-            & //'are needed, not '//text(self%options%limit)//', '//text(self%options%halvings)//', ' &
-            & //text(self%options%tolerance))
-         return
-      end if
+      call self%options%check(status)
+      if (status%failed()) return
       call self%matrix%init(sys, status)
       if (allocated(self%r)) deallocate (self%r, self%d, self%r0, self%q0, self%v0, self%a0)
       associate (n => sys%n)

@@ -6,10 +6,13 @@
 !> gives a stepper with its default coefficients, ready for `init`.  A new method is named here
 !> twice, in METHOD_NAMES and in NEW_METHOD; the table of the README runs over METHOD_NAMES.
 module dynstep_methods
+   use dynstep_alpha_coefficients, only: hht_coefficients
    use dynstep_extrapolation, only: extrapolation_stepper
+   use dynstep_generalized_alpha, only: generalized_alpha_stepper
    use dynstep_kinds, only: wp
    use dynstep_midpoint, only: midpoint_stepper
    use dynstep_newmark, only: newmark_stepper
+   use dynstep_soi2, only: soi2_stepper, variant_index3, variant_soi2
    use dynstep_status, only: dynstep_invalid_input, status_type
    use dynstep_stepper, only: stepper_type
    implicit none
@@ -19,6 +22,9 @@ module dynstep_methods
 
    integer, parameter :: name_length = 24
 
+   !> alpha of the methods named hht: the value that structural codes use most
+   real(wp), parameter :: hht_alpha = -0.1_wp
+
    character(len=name_length), parameter, public :: method_names(*) = [character(len=name_length) :: &
       & 'newmark', &
       & 'linear-acceleration', &
@@ -26,7 +32,12 @@ module dynstep_methods
       & 'central-difference', &
       & 'midpoint', &
       & 'newmark-extrapolation', &
-      & 'midpoint-extrapolation']
+      & 'midpoint-extrapolation', &
+      & 'generalized-alpha', &
+      & 'hht', &
+      & 'soi2', &
+      & 'hht-soi2', &
+      & 'hht-i3']
 
 contains
 
@@ -36,6 +47,7 @@ contains
       class(stepper_type), allocatable, intent(out) :: stepper
       type(status_type), intent(inout) :: status
       class(stepper_type), allocatable :: base
+      type(generalized_alpha_stepper), allocatable :: alpha
 
       if (status%failed()) return
       select case (name)
@@ -55,6 +67,18 @@ contains
       case ('midpoint-extrapolation')
          allocate (midpoint_stepper :: base)
          call new_extrapolation(base, stepper)
+      case ('generalized-alpha')
+         allocate (generalized_alpha_stepper :: stepper)
+      case ('hht')
+         allocate (alpha)
+         call hht_coefficients(hht_alpha, alpha%coefficients, status)
+         call move_alloc(alpha, stepper)
+      case ('soi2')
+         allocate (soi2_stepper :: stepper)
+      case ('hht-soi2')
+         call new_hht(variant_soi2, stepper, status)
+      case ('hht-i3')
+         call new_hht(variant_index3, stepper, status)
       case default
          call status%set(dynstep_invalid_input, 'there is no method '''//trim(name)//'''; there are ' &
             & //trim(all_names()))
@@ -70,6 +94,18 @@ contains
       newmark%beta = beta
       call move_alloc(newmark, stepper)
    end subroutine new_newmark
+
+   !> HHT-alpha on systems with constraints
+   recursive subroutine new_hht(variant, stepper, status)
+      integer, intent(in) :: variant
+      class(stepper_type), allocatable, intent(out) :: stepper
+      type(status_type), intent(inout) :: status
+      type(soi2_stepper), allocatable :: soi2
+      allocate (soi2)
+      soi2%variant = variant
+      call hht_coefficients(hht_alpha, soi2%coefficients, status)
+      call move_alloc(soi2, stepper)
+   end subroutine new_hht
 
    !> Extrapolation with the default levels and sequence; `base` is used up
    recursive subroutine new_extrapolation(base, stepper)

@@ -194,7 +194,8 @@ contains
    end subroutine test_refusals
 
    !> q'' = p(t), p a hat from 0 over 1 at t = 1 to 0 at t = 2: exact for every method of order 2
-   !> and more but for p's kinks, which the steps meet at their ends
+   !> and more but for p's kinks, which the steps meet at their ends.  A method that weighs accelerations of
+   !> several times (generalized-alpha) has errors of order h^2 from them.
    subroutine test_steps(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_type), allocatable :: stepper
@@ -215,10 +216,17 @@ contains
          call stepper%start(sys, state, status)
          call integrate(stepper, sys, state, 4.0_wp, control_type(h=0.125_wp), status)
          call check(error, .not. status%failed(), trim(status%message))
-         call check(error, state%y(2), 1.0_wp, thr=4*eps, message=trim(method_names(i))//': the impulse')
-         call check(error, state%a(1), 0.0_wp, thr=0.0_wp, message='no load any more')
+         call check(error, state%y(2), 1.0_wp, thr=tolerance(stepper), message=trim(method_names(i))//': the impulse')
+         call check(error, state%a(1), 0.0_wp, thr=tolerance(stepper) - 4*eps, message='no load any more')
          if (index(method_names(i), 'extrapolation') == 0 .and. method_names(i) /= 'linear-acceleration') cycle
          call check(error, state%y(1), 3.0_wp, thr=50*eps, message=trim(method_names(i))//': the way')
       end do
    end subroutine test_steps
+
+   real(wp) function tolerance(stepper)
+      class(stepper_type), intent(in) :: stepper
+      type(method_properties) :: facts
+      facts = stepper%properties()
+      tolerance = merge(4*eps, 0.125_wp**2, facts%step_growth_limit >= huge(1.0_wp))
+   end function tolerance
 end module test_loads

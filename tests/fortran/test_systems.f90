@@ -322,7 +322,8 @@ contains
             state%t = 1.5_wp
             call stepper%start(sys, state, status)
             call check(error, status%code, dynstep_singular_matrix, trim(status%message))
-            call check(error, index(status%message, 'the mass matrix is singular at t = 1.5, equation 2') > 0, &
+            call check(error, index(status%message, 'the mass matrix is singular at t = 1.5, equation') > 0 &
+               & .and. index(status%message, ' 2: ') > 0, &
                & trim(status%message))
          end do
       end do

@@ -1,0 +1,481 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> generalized-alpha-SOI2 (Jay & Negrut 2008, eqs. (13) and (14)): M(t,q) q'' = f + r with holonomic
+!> constraints g = 0 and g' = 0, nonholonomic constraints k = 0, and steps that vary; of second order in
+!> positions, velocities, accelerations and multipliers.
+!>
+!> PROGRAMMING INTERFACE
+!>
+!>     type(soi2_stepper) :: stepper                         ! rho_inf = 0.8
+!>     call coefficients_of(0.5_wp, stepper%coefficients, status)
+!>     stepper%start_mode = start_refuse
+!>
+!>   Any step may have a length of its own.  What a change of length does to a_alpha and M_alpha a_alpha
+!>   is (14a) and (14b), from the values that the last accepted step left.  A step may be longer than the one before it
+!>   by less than properties()%step_growth_limit = 2/(1 - rho_inf), many times over.
+!>
+!>   state%a is the acceleration at state%t, to second order: a_{n+alpha} - alpha (a_{n+alpha} - a_{n-1+alpha}).
+!>   last_a_alpha() gives a_{n+alpha}, which belongs to t_n + alpha h.
+!>
+!>   A mass that depends on velocities is taken at v0 + (1 + alpha) h a_alpha, which is an extension of the paper.
+module dynstep_soi2
+   use dynstep_accelerations, only: check_callback
+   use dynstep_alpha_coefficients, only: alpha_coefficients
+   use dynstep_consistent_start, only: consistent_start, start_keep, start_project, start_refuse, start_report
+   use dynstep_equilibrium, only: newton_options
+   use dynstep_kinds, only: wp
+   use dynstep_matrix, only: kind_identity, matrix_type
+   use dynstep_mechanical_system, only: mechanical_system
+   use dynstep_ode_system, only: ode_system
+   use dynstep_soi2_equations, only: soi2_equations, variant_index3, variant_reduced, variant_soi2
+   use dynstep_soi2_iteration, only: soi2_iteration
+   use dynstep_start_check, only: check_mechanical, check_start
+   use dynstep_status, only: dynstep_invalid_input, dynstep_not_finite, status_type
+   use dynstep_stepper, only: method_properties, state_type, stepper_type, swap_states
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   public :: variant_soi2, variant_reduced, variant_index3
+   public :: start_project, start_refuse, start_keep, start_report
+
+   integer, parameter, public :: mass_stored = 1       !! M_alpha of a step is M_{1+alpha} of the one before, with (14b)
+   integer, parameter, public :: mass_recomputed = 2   !! M_alpha = M(t_alpha, y0 + h alpha z0)
+
+   !> What a step leaves to the next one
+   type :: history_type
+      real(wp) :: h = 0.0_wp                           ! length of the step
+      real(wp), allocatable :: a(:), a_used(:)         ! [n] a_{1+alpha} and a_alpha of it
+      real(wp), allocatable :: ma(:), ma_used(:)       ! [n] M_{1+alpha} a_{1+alpha} and M_alpha a_alpha
+      real(wp), allocatable :: f(:)                    ! [n] f + r at its end
+      real(wp), allocatable :: delta(:), mu(:), nu(:)  ! differences of its auxiliary variables
+      ! slopes over the step, x' of a straight line, and what their change gives for x''
+      real(wp), allocatable :: a_slope(:), lambda_slope(:), psi_slope(:)
+      real(wp), allocatable :: a_bend(:), lambda_bend(:), psi_bend(:)
+      logical :: has_bend = .false.                    ! there was a step before it
+      logical :: bends_better = .false.                ! parabolas predicted it better than straight lines
+   end type history_type
+
+   type, extends(stepper_type), public :: soi2_stepper
+      type(alpha_coefficients) :: coefficients         !! those of rho_inf = 0.8
+      integer :: variant = variant_soi2                !! variant_soi2, variant_reduced or variant_index3
+      integer :: mass_at = mass_stored                 !! mass_stored or mass_recomputed
+      logical :: adjust_acceleration = .true.          !! (14a); .false. shows what it is for (figure 2)
+      logical :: adjust_momentum = .true.              !! (14b)
+      logical :: second_order_start = .true.           !! a_alpha of the first step to O(h^2); .false.: a_alpha = a0
+      integer :: start_mode = start_project            !! what to do with a start that is off the constraints
+      type(newton_options) :: newton                   !! limit and tolerance are read
+      type(start_report) :: report                     !! what `start` found and moved
+      type(soi2_equations), allocatable, private :: eqs
+      type(soi2_iteration), allocatable, private :: iteration
+      type(consistent_start), allocatable, private :: consistency
+      type(matrix_type), allocatable, private :: m_alpha
+      type(history_type), private :: history(2)        ! of the last accepted step and of the last trial
+      integer, private :: past = 1                     ! which of the two is that of the last accepted step
+      logical, private :: has_past = .false.           ! there was a step since `start`
+      logical, private :: knows_mass = .false.         ! a constant M was evaluated
+      real(wp), allocatable, private :: a_alpha(:), ma_alpha(:), q_at(:), v_at(:)
+   contains
+      procedure :: properties => soi2_properties
+      procedure :: init => soi2_init
+      procedure :: reset => soi2_reset
+      procedure :: start => soi2_start
+      procedure :: try_step => soi2_try_step
+      procedure :: accept => soi2_accept
+      procedure :: last_a_alpha => soi2_last_a_alpha
+   end type soi2_stepper
+
+contains
+
+   recursive function soi2_properties(self) result(facts)
+      class(soi2_stepper), intent(in) :: self
+      type(method_properties) :: facts
+      select case (self%variant)
+      case (variant_reduced)
+         facts%name = 'soi2-reduced'
+         facts%source = 'Jay & Negrut 2008, section 6'
+      case (variant_index3)
+         facts%name = 'generalized-alpha-index-3'
+         facts%source = 'Negrut, Rampalli, Ottarsson, Sajdak 2007 (baseline)'
+      case default
+         facts%name = 'soi2'
+         facts%source = 'Jay & Negrut 2008, eqs. (13), (14)'
+      end select
+      facts%order = self%coefficients%order()
+      facts%acceleration_order = facts%order
+      facts%multiplier_order = facts%order
+      facts%mechanical = .true.
+      facts%stability_limit = self%coefficients%stability_limit()
+      facts%step_growth_limit = self%coefficients%growth_limit()
+   end function soi2_properties
+
+   recursive subroutine soi2_init(self, sys, status)
+      class(soi2_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(status_type), intent(inout) :: status
+
+      if (status%failed()) return
+      call self%note_init()
+      call check_options(self, status)
+      call check_mechanical('SOI2', sys, status, takes_constraints=.true.)
+      if (status%failed()) return
+      select type (sys)
+      class is (mechanical_system)
+         call check_for_constraints(self, sys, status)
+         if (status%failed()) return
+         if (allocated(self%eqs)) deallocate (self%eqs, self%iteration, self%consistency, self%m_alpha)
+         allocate (self%eqs, self%iteration, self%consistency, self%m_alpha)
+         self%eqs%coefficients = self%coefficients
+         self%eqs%variant = self%variant
+         self%iteration%limit = self%newton%limit
+         self%iteration%tolerance = self%newton%tolerance
+         call self%eqs%init(sys, status)
+         call self%iteration%init(sys, self%eqs, status)
+         call self%consistency%init(sys, status)
+         associate (s => sys%structure)
+            call self%m_alpha%init(s%mass, sys%n, s%mass_kl, s%mass_ku, s%mass_is_symmetric, status)
+         end associate
+         call allocate_history(self%history(1), sys%n, sys%holonomic, sys%nonholonomic)
+         call allocate_history(self%history(2), sys%n, sys%holonomic, sys%nonholonomic)
+         if (allocated(self%a_alpha)) deallocate (self%a_alpha, self%ma_alpha, self%q_at, self%v_at)
+         associate (n => sys%n)
+            allocate (self%a_alpha(n), self%ma_alpha(n), self%q_at(n), self%v_at(n), source=0.0_wp)
+         end associate
+      end select
+      if (.not. status%failed()) call self%note_init(sys)
+   end subroutine soi2_init
+
+   pure subroutine allocate_history(history, n, m, p)
+      type(history_type), intent(inout) :: history
+      integer, intent(in) :: n, m, p
+      if (allocated(history%a)) deallocate (history%a, history%a_used, history%ma, history%ma_used, history%f, &
+         & history%delta, history%mu, history%nu, history%a_slope, history%lambda_slope, history%psi_slope, &
+         & history%a_bend, history%lambda_bend, history%psi_bend)
+      allocate (history%a(n), history%a_used(n), history%ma(n), history%ma_used(n), history%f(n), history%delta(n), &
+         & history%a_slope(n), history%a_bend(n), history%mu(m), history%lambda_slope(m), history%lambda_bend(m), &
+         & history%nu(p), history%psi_slope(p), history%psi_bend(p), source=0.0_wp)
+   end subroutine allocate_history
+
+   recursive subroutine check_options(self, status)
+      class(soi2_stepper), intent(in) :: self
+      type(status_type), intent(inout) :: status
+      call self%coefficients%check(status)
+      if (status%failed()) return
+      if (self%variant < variant_soi2 .or. self%variant > variant_index3) then
+         call status%set(dynstep_invalid_input, 'variant = '//text(self%variant)//' must be 1 (SOI2), 2 (reduced) or ' &
+            & //'3 (index 3)')
+      else if (self%mass_at < mass_stored .or. self%mass_at > mass_recomputed) then
+         call status%set(dynstep_invalid_input, 'mass_at = '//text(self%mass_at)//' must be 1 (stored) or 2 (recomputed)')
+      else if (self%start_mode < start_project .or. self%start_mode > start_keep) then
+         call status%set(dynstep_invalid_input, 'start_mode = '//text(self%start_mode)//' must be 1 (project), 2 (refuse) ' &
+            & //'or 3 (keep)')
+      else
+         call self%newton%check(status)
+      end if
+   end subroutine check_options
+
+   !> beta and gamma carry the constraints (Theorem 1); the index-3 form has a = delta + a only
+   recursive subroutine check_for_constraints(self, sys, status)
+      class(soi2_stepper), intent(in) :: self
+      class(mechanical_system), intent(in) :: sys
+      type(status_type), intent(inout) :: status
+      if (sys%holonomic + sys%nonholonomic == 0) return
+      if (min(self%coefficients%beta, self%coefficients%gamma) <= 0.0_wp) call status%set(dynstep_invalid_input, &
+         & 'constraints need beta > 0 and gamma > 0, not '//text(self%coefficients%beta)//' and ' &
+         & //text(self%coefficients%gamma))
+   end subroutine check_for_constraints
+
+   pure subroutine soi2_reset(self)
+      class(soi2_stepper), intent(inout) :: self
+      call self%count%zero()
+      self%past = 1
+      self%has_past = .false.
+      self%knows_mass = .false.
+      if (allocated(self%iteration)) call self%iteration%forget()
+   end subroutine soi2_reset
+
+   !> q and v onto the constraints, then a0, lambda0, psi0.  On entry state%lambda and state%psi are guesses for a
+   !> general reaction that is not linear in them.
+   recursive subroutine soi2_start(self, sys, state, status)
+      class(soi2_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(status_type), intent(inout) :: status
+      real(wp), allocatable :: y(:)
+
+      call check_start(self, sys, state, status)
+      if (status%failed()) return
+      call self%reset()
+      self%is_started = .false.
+      self%report = start_report()
+      self%consistency%regularization = 0.0_wp
+      y = state%y
+      select type (sys)
+      class is (mechanical_system)
+         associate (n => sys%n)
+            if (self%start_mode /= start_keep) call self%consistency%project(sys, self%start_mode, state%t, y(1:n), &
+               & y(n + 1:), self%report, self%count, status)
+            call self%consistency%solve(sys, state%t, y(1:n), y(n + 1:), state%a, state%lambda, state%psi, &
+               & self%history(self%past)%f, self%report, self%count, status)
+         end associate
+      end select
+      if (status%failed()) return
+      state%y = y
+      self%iteration%matrices%regularization = self%consistency%regularization
+      self%is_started = .true.
+   end subroutine soi2_start
+
+   recursive subroutine soi2_try_step(self, sys, state, h, t1, trial, status)
+      class(soi2_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h, t1
+      type(state_type), intent(inout) :: trial
+      type(status_type), intent(inout) :: status
+
+      if (status%failed()) return
+      trial%t = t1
+      select type (sys)
+      class is (mechanical_system)
+         call old_acceleration(self, state, h)
+         call one_step(self, sys, state, h, t1, status)
+         if (self%second_order_start .and. .not. self%has_past .and. abs(self%coefficients%alpha()) > 0.0_wp) &
+            & call repeat_first_step(self, sys, state, h, t1, status)
+         if (.not. status%failed()) call keep(self, state, trial)
+      end select
+   end subroutine soi2_try_step
+
+   !> a_alpha by (14a)
+   pure subroutine old_acceleration(self, state, h)
+      class(soi2_stepper), intent(inout) :: self
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h
+      associate (past => self%history(self%past))
+         if (.not. self%has_past) then
+            self%a_alpha = state%a
+         else if (self%adjust_acceleration) then
+            self%a_alpha = past%a + (self%coefficients%alpha()*(h/past%h - 1.0_wp))*(past%a - past%a_used)
+         else
+            self%a_alpha = past%a
+         end if
+      end associate
+   end subroutine old_acceleration
+
+   !> The step with the a_alpha that is set
+   recursive subroutine one_step(self, sys, state, h, t1, status)
+      class(soi2_stepper), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h, t1
+      type(status_type), intent(inout) :: status
+      if (status%failed()) return
+      associate (eqs => self%eqs, c => self%coefficients, n => sys%n)
+         eqs%t0 = state%t
+         eqs%t1 = t1
+         eqs%h = h
+         eqs%b = c%beta*h**2
+         eqs%c = c%gamma*h
+         call take_masses(self, sys, state, h, status)
+         if (status%failed()) return
+         eqs%y0 = state%y(1:n)
+         eqs%z0 = state%y(n + 1:)
+         eqs%dy = h*(eqs%z0 + (h*(0.5_wp - c%beta))*self%a_alpha)
+         eqs%dz = (h*(1.0_wp - c%gamma))*self%a_alpha
+         eqs%w = c%alpha_m*self%ma_alpha - c%alpha_f*self%history(self%past)%f
+         call predict(self, state, h)
+         call self%iteration%solve(sys, eqs, self%count, status)
+         if (.not. status%failed()) call eqs%place()
+      end associate
+   end subroutine one_step
+
+   !> M_{1+alpha} and M_alpha a_alpha, the latter by (14b)
+   recursive subroutine take_masses(self, sys, state, h, status)
+      class(soi2_stepper), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h
+      type(status_type), intent(inout) :: status
+      real(wp) :: alpha, ratio
+
+      alpha = self%coefficients%alpha()
+      associate (past => self%history(self%past))
+         if (.not. self%knows_mass) then
+            call evaluate_mass(self, sys, state, (1.0_wp + alpha)*h, self%eqs%m1, status)
+            if (status%failed()) return
+            self%eqs%mass_size = largest_diagonal(self%eqs%m1)
+         end if
+         self%knows_mass = sys%structure%mass_is_constant
+         self%ma_alpha = 0.0_wp
+         if (sys%structure%mass_is_constant) then
+            call self%eqs%m1%multiply_add(1.0_wp, self%a_alpha, self%ma_alpha)
+         else if (self%mass_at == mass_stored .and. self%has_past) then
+            ratio = alpha*(h/past%h - 1.0_wp)
+            if (.not. self%adjust_momentum) ratio = 0.0_wp
+            self%ma_alpha = past%ma + ratio*(past%ma - past%ma_used)
+         else
+            call evaluate_mass(self, sys, state, alpha*h, self%m_alpha, status)
+            call self%m_alpha%multiply_add(1.0_wp, self%a_alpha, self%ma_alpha)
+         end if
+      end associate
+   end subroutine take_masses
+
+   !> M(t0 + s, y0 + s z0, z0 + s a_alpha); an identity is no matrix
+   recursive subroutine evaluate_mass(self, sys, state, s, mass, status)
+      class(soi2_stepper), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: s
+      type(matrix_type), intent(inout) :: mass
+      type(status_type), intent(inout) :: status
+      integer :: ierr, row, column
+      if (status%failed() .or. sys%structure%mass == kind_identity) return
+      associate (n => sys%n)
+         self%q_at = state%y(1:n) + s*state%y(n + 1:)
+         self%v_at = state%y(n + 1:) + s*self%a_alpha
+      end associate
+      call mass%set_zero()
+      call sys%mass(state%t + s, self%q_at, self%v_at, mass, ierr)
+      self%count%masses = self%count%masses + 1
+      call check_callback('mass', ierr, state%t + s, status)
+      if (status%failed()) return
+      call mass%first_not_finite(row, column)
+      if (row > 0) call status%set(dynstep_not_finite, 'mass returned '//text(mass%entry(row, column))//' in row ' &
+         & //text(row)//', column '//text(column)//' at t = '//text(state%t + s)//'; a smaller step may keep it in its ' &
+         & //'domain', retry=.true.)
+   end subroutine evaluate_mass
+
+   pure real(wp) function largest_diagonal(mass)
+      type(matrix_type), intent(in) :: mass
+      integer :: i
+      largest_diagonal = 0.0_wp
+      do i = 1, mass%n
+         largest_diagonal = max(largest_diagonal, abs(mass%entry(i, i)))
+      end do
+   end function largest_diagonal
+
+   !> a, lambda, psi by extrapolation, by parabolas where these served better in the step before, the
+   !> differences as they were in proportion to h^2
+   pure subroutine predict(self, state, h)
+      class(soi2_stepper), intent(inout) :: self
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h
+      real(wp) :: ahead, ratio
+      associate (eqs => self%eqs, past => self%history(self%past))
+         if (.not. self%has_past) then
+            eqs%a = self%a_alpha
+            eqs%lambda = state%lambda
+            eqs%psi = state%psi
+            eqs%delta = 0.0_wp
+            eqs%mu = 0.0_wp
+            eqs%nu = 0.0_wp
+            return
+         end if
+         ahead = h + self%coefficients%alpha()*(h - past%h)
+         eqs%a = past%a + ahead*past%a_slope
+         eqs%lambda = state%lambda + h*past%lambda_slope
+         eqs%psi = state%psi + h*past%psi_slope
+         if (past%has_bend .and. past%bends_better) then
+            eqs%a = eqs%a + (0.5_wp*ahead*(ahead + past%h))*past%a_bend
+            eqs%lambda = eqs%lambda + (0.5_wp*h*(h + past%h))*past%lambda_bend
+            eqs%psi = eqs%psi + (0.5_wp*h*(h + past%h))*past%psi_bend
+         end if
+         ratio = (h/past%h)**2
+         eqs%delta = ratio*past%delta
+         eqs%mu = ratio*past%mu
+         eqs%nu = ratio*past%nu
+      end associate
+   end subroutine predict
+
+   !> The first step again, with a_alpha = (1 - alpha) a0 + alpha a(t1), where a(t1) is consistent with the first
+   !> result: a_alpha is then a(t0 + alpha h) + O(h^2) (section 2, after (8))
+   recursive subroutine repeat_first_step(self, sys, state, h, t1, status)
+      class(soi2_stepper), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h, t1
+      type(status_type), intent(inout) :: status
+      type(start_report) :: report
+      if (status%failed()) return
+      associate (eqs => self%eqs, next => self%history(3 - self%past), alpha => self%coefficients%alpha())
+         next%mu = eqs%lambda
+         next%nu = eqs%psi
+         call self%consistency%solve(sys, t1, eqs%y1, eqs%z1, next%a, next%mu, next%nu, next%f, report, self%count, status)
+         self%a_alpha = state%a + alpha*(next%a - state%a)
+         call one_step(self, sys, state, h, t1, status)
+      end associate
+   end subroutine repeat_first_step
+
+   !> The trial point, and what the step would leave to the next one.  f + r at its end follows from (13e) itself.
+   pure subroutine keep(self, state, trial)
+      class(soi2_stepper), intent(inout) :: self
+      type(state_type), intent(in) :: state
+      type(state_type), intent(inout) :: trial
+      integer :: n
+      n = size(self%a_alpha)
+      associate (eqs => self%eqs, next => self%history(3 - self%past), c => self%coefficients)
+         trial%y(1:n) = eqs%y1
+         trial%y(n + 1:) = eqs%z1
+         trial%a = eqs%a - c%alpha()*(eqs%a - self%a_alpha)
+         trial%lambda = eqs%lambda
+         trial%psi = eqs%psi
+         next%h = eqs%h
+         next%a = eqs%a
+         next%a_used = self%a_alpha
+         next%ma = 0.0_wp
+         call eqs%m1%multiply_add(1.0_wp, eqs%a, next%ma)
+         next%ma_used = self%ma_alpha
+         next%f = ((1.0_wp - c%alpha_m)*next%ma + eqs%w)/(1.0_wp - c%alpha_f)
+         next%delta = eqs%delta
+         next%mu = eqs%mu
+         next%nu = eqs%nu
+         next%a_slope = (next%a - next%a_used)/next%h
+         next%lambda_slope = (trial%lambda - state%lambda)/next%h
+         next%psi_slope = (trial%psi - state%psi)/next%h
+      end associate
+      call keep_bends(self)
+   end subroutine keep
+
+   !> Second derivatives from the change of the slopes, between the middles of the two steps, and whether they would
+   !> have predicted this step better
+   pure subroutine keep_bends(self)
+      class(soi2_stepper), intent(inout) :: self
+      real(wp) :: alpha, apart, ahead, straight, bent, miss
+      integer :: i
+      alpha = self%coefficients%alpha()
+      associate (next => self%history(3 - self%past), past => self%history(self%past))
+         next%has_bend = self%has_past
+         next%bends_better = .false.
+         if (.not. next%has_bend) return
+         apart = (0.5_wp + alpha)*next%h + (0.5_wp - alpha)*past%h
+         next%a_bend = (next%a_slope - past%a_slope)/apart
+         apart = 0.5_wp*(next%h + past%h)
+         next%lambda_bend = (next%lambda_slope - past%lambda_slope)/apart
+         next%psi_bend = (next%psi_slope - past%psi_slope)/apart
+         next%bends_better = .true.
+         if (.not. past%has_bend) return
+         ahead = next%h + alpha*(next%h - past%h)
+         straight = 0.0_wp
+         bent = 0.0_wp
+         do i = 1, size(next%a)
+            miss = next%a(i) - (past%a(i) + ahead*past%a_slope(i))
+            straight = max(straight, abs(miss))
+            bent = max(bent, abs(miss - (0.5_wp*ahead*(ahead + past%h))*past%a_bend(i)))
+         end do
+         next%bends_better = bent < straight
+      end associate
+   end subroutine keep_bends
+
+   recursive subroutine soi2_accept(self, state, trial)
+      class(soi2_stepper), intent(inout) :: self
+      type(state_type), intent(inout) :: state, trial
+      call swap_states(self, state, trial)
+      self%past = 3 - self%past
+      self%has_past = .true.
+   end subroutine soi2_accept
+
+   !> a_{n+alpha} of the last accepted step, which belongs to t_n + alpha h
+   pure subroutine soi2_last_a_alpha(self, a_alpha)
+      class(soi2_stepper), intent(in) :: self
+      real(wp), intent(out) :: a_alpha(:)
+      a_alpha = self%history(self%past)%a
+   end subroutine soi2_last_a_alpha
+end module dynstep_soi2

@@ -1,0 +1,285 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The two block matrices of a step of generalized-alpha-SOI2, and one correction with them.
+!>
+!> With the unknowns of DYNSTEP_SOI2_EQUATIONS, c_m = 1 - alpha_m and c_f = 1 - alpha_f, a correction solves
+!>
+!>   [M1, G^T, K^T; G, 0, 0; K, 0, 0] (ddelta, c dmu, c dnu)  = -(D/c_m, g/b - g'/c, (k~ - k)/c)
+!>   [S,  G^T, K^T; G, 0, 0; K, 0, 0] (da, c dlambda, c dpsi) = -((R + c_f b Kq ddelta)/c_m, g'/c, k/c)
+!>
+!> with c = c_f/c_m on the multipliers, S = M1 + c (b Kq + c Cv), and the tangents Kq, Cv of the forces (-G^T and
+!> -K^T are dr/dlambda and dr/dpsi of a general reaction).  What is neglected is O(h) for any stiffness of the
+!> forces.  Where the forces are not stiff S is M1, and one factorization serves both.
+module dynstep_soi2_matrices
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_accelerations, only: check_callback
+   use dynstep_kinds, only: long, wp
+   use dynstep_matrix, only: kind_banded, kind_diagonal, kind_zero, matrix_type
+   use dynstep_mechanical_system, only: mechanical_system
+   use dynstep_saddle_point, only: saddle_point_type
+   use dynstep_soi2_equations, only: soi2_equations, variant_reduced
+   use dynstep_status, only: status_type
+   use dynstep_stepper, only: step_counters
+   implicit none
+   private
+
+   public :: correction_length
+
+   type, public :: soi2_matrices
+      logical :: is_made = .false.                       !! factors are there
+      logical :: is_exact = .false.                      !! one correction solves the equations
+      logical :: knows_tangents = .false.                !! Kq and Cv are there
+      real(wp) :: regularization = 0.0_wp                !! of redundant constraints, see dynstep_consistent_start
+      real(wp) :: made_b = 0.0_wp, made_c = 0.0_wp       !! b and c of the factors
+      logical :: is_stiff = .false.                      !! Kq and Cv take part in S
+      logical, private :: two = .false.                  ! S has factors of its own
+      logical, private :: tangents_are_given = .false.   ! by the user, so that they cost little
+      type(matrix_type), private :: k, c, s
+      type(saddle_point_type), allocatable, private :: saddle_m, saddle_s
+      real(wp), allocatable, private :: zero(:), k_rows(:), c_rows(:), x(:), ddelta(:), l(:), q(:)
+   contains
+      procedure :: init => matrices_init
+      procedure :: forget => matrices_forget
+      procedure :: renew => matrices_renew
+      procedure :: correct => matrices_correct
+   end type soi2_matrices
+
+   !> Stiffness ratio b |Kq|/M, c |Cv|/M from which on the tangents take part in S: without them the iteration
+   !> contracts by about this ratio, and 1e-4 does not cost a third correction
+   real(wp), parameter :: stiff_above = 1.0e-4_wp
+
+contains
+
+   recursive subroutine matrices_init(self, sys, status)
+      class(soi2_matrices), intent(inout) :: self
+      class(mechanical_system), intent(in) :: sys
+      type(status_type), intent(inout) :: status
+      integer :: kind_s, kl, ku
+
+      if (status%failed()) return
+      if (allocated(self%saddle_m)) deallocate (self%saddle_m, self%saddle_s, self%zero, self%k_rows, self%c_rows, &
+         & self%x, self%ddelta, self%l, self%q)
+      allocate (self%saddle_m, self%saddle_s)
+      associate (s => sys%structure, n => sys%n, m => sys%holonomic, p => sys%nonholonomic, con => sys%constraints)
+         call self%k%init(s%tangent, n, s%kl, s%ku, s%tangent_is_symmetric, status)
+         call self%c%init(merge(kind_zero, s%tangent, s%velocity_free), n, s%kl, s%ku, s%tangent_is_symmetric, status)
+         kind_s = max(s%mass, s%tangent, kind_diagonal)
+         kl = max(merge(s%mass_kl, 0, s%mass == kind_banded), merge(s%kl, 0, s%tangent == kind_banded))
+         ku = max(merge(s%mass_ku, 0, s%mass == kind_banded), merge(s%ku, 0, s%tangent == kind_banded))
+         call self%s%init(kind_s, n, kl, ku, s%mass_is_symmetric .and. s%tangent_is_symmetric, status)
+         call self%saddle_m%init(n, m, p, s%mass, s%mass_kl, s%mass_ku, s%mass_is_symmetric, con%g, con%k, &
+            & con%reaction_is_general, con%order, status)
+         call self%saddle_s%init(n, m, p, kind_s, kl, ku, s%mass_is_symmetric .and. s%tangent_is_symmetric, con%g, con%k, &
+            & con%reaction_is_general, con%order, status)
+         if (status%failed()) return
+         allocate (self%zero(n), self%k_rows(n), self%c_rows(n), self%x(n), self%ddelta(n), self%l(m), self%q(p), &
+            & source=0.0_wp)
+      end associate
+      call self%forget()
+   end subroutine matrices_init
+
+   pure subroutine matrices_forget(self)
+      class(soi2_matrices), intent(inout) :: self
+      self%is_made = .false.
+      self%knows_tangents = .false.
+      self%regularization = 0.0_wp
+   end subroutine matrices_forget
+
+   !> New factors at the point of the last evaluation
+   recursive subroutine matrices_renew(self, sys, eqs, count, status)
+      class(soi2_matrices), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      type(soi2_equations), intent(inout) :: eqs
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+
+      if (status%failed()) return
+      self%is_made = .false.
+      call eqs%motion%differentiate_reaction(sys, eqs%t1, eqs%y1, eqs%z1, eqs%lambda, eqs%psi, status)
+      call take_tangents(self, sys, eqs, count, status)
+      if (status%failed()) return
+      self%is_stiff = self%is_exact
+      if (.not. self%is_exact) self%is_stiff = stiffness_ratio(self, eqs) > stiff_above
+      self%two = self%is_stiff .or. (eqs%variant == variant_reduced .and. min(size(self%l), size(self%q)) > 0)
+      if (eqs%has_differences .or. .not. self%two) call factorize(self, sys, eqs, eqs%m1, self%saddle_m, &
+         & eqs%variant == variant_reduced .and. self%two, count, status)
+      if (self%two .and. .not. status%failed()) then
+         associate (ratio => multiplier_scale(eqs))
+            call self%s%set_zero()
+            call eqs%m1%add_to(1.0_wp, self%s)
+            if (self%is_stiff) then
+               call self%k%add_to(ratio*eqs%b, self%s)
+               call self%c%add_to(ratio*eqs%c, self%s)
+            end if
+         end associate
+         call factorize(self, sys, eqs, self%s, self%saddle_s, .false., count, status)
+      end if
+      status%retry = status%failed()
+      self%is_made = .not. status%failed()
+      self%made_b = eqs%b
+      self%made_c = eqs%c
+   end subroutine matrices_renew
+
+   !> (1 - alpha_f)/(1 - alpha_m)
+   pure real(wp) function multiplier_scale(eqs)
+      type(soi2_equations), intent(in) :: eqs
+      multiplier_scale = (1.0_wp - eqs%coefficients%alpha_f)/(1.0_wp - eqs%coefficients%alpha_m)
+   end function multiplier_scale
+
+   recursive subroutine factorize(self, sys, eqs, block, saddle, hold_psi, count, status)
+      class(soi2_matrices), intent(in) :: self
+      class(mechanical_system), intent(in) :: sys
+      type(soi2_equations), intent(in) :: eqs
+      type(matrix_type), intent(in) :: block
+      type(saddle_point_type), intent(inout) :: saddle
+      logical, intent(in) :: hold_psi
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      character(len=*), parameter :: name = 'matrix of Newton''s iteration'
+      count%factorizations = count%factorizations + 1
+      associate (motion => eqs%motion)
+         if (sys%constraints%reaction_is_general) then
+            call saddle%factorize(block, motion%gq, motion%kv, status, eqs%t1, name, motion%rl, motion%rp, hold_psi, &
+               & self%regularization)
+         else
+            call saddle%factorize(block, motion%gq, motion%kv, status, eqs%t1, name, hold_psi=hold_psi, &
+               & regularization=self%regularization)
+         end if
+      end associate
+   end subroutine factorize
+
+   !> Kq and Cv of the forces and, where the system has it, of the reactions.  Those by differences are kept until
+   !> the iteration contracts poorly.
+   recursive subroutine take_tangents(self, sys, eqs, count, status)
+      class(soi2_matrices), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      type(soi2_equations), intent(in) :: eqs
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      integer(long) :: before
+      integer :: ierr
+
+      if (status%failed()) return
+      associate (s => sys%structure, con => sys%constraints)
+         if (self%knows_tangents) then
+            if (.not. (self%is_stiff .and. self%tangents_are_given)) return
+            if (s%tangent_is_constant .and. .not. con%has_reaction_tangent) return
+         end if
+         call self%k%set_zero()
+         call self%c%set_zero()
+         before = sys%difference_forces
+         call sys%tangent(eqs%t1, eqs%y1, eqs%z1, self%zero, self%k, self%c, ierr)
+         count%tangents = count%tangents + 1
+         count%forces = count%forces + (sys%difference_forces - before)
+         call check_callback('tangent', ierr, eqs%t1, status)
+         if (status%failed()) return
+         self%tangents_are_given = sys%difference_forces == before
+         if (con%has_reaction_tangent) then
+            call sys%reaction_tangent(eqs%t1, eqs%y1, eqs%z1, eqs%lambda, eqs%psi, self%k, self%c, ierr)
+            call check_callback('reaction_tangent', ierr, eqs%t1, status)
+            if (status%failed()) return
+         end if
+         self%is_exact = s%force_is_linear .and. self%tangents_are_given .and. sys%holonomic + sys%nonholonomic == 0
+      end associate
+      self%knows_tangents = .true.
+      call self%k%absolute_row_sums(self%k_rows)
+      call self%c%absolute_row_sums(self%c_rows)
+   end subroutine take_tangents
+
+   !> How much stiffness and damping of the step outweigh the mass, by rows
+   pure real(wp) function stiffness_ratio(self, eqs) result(ratio)
+      class(soi2_matrices), intent(in) :: self
+      type(soi2_equations), intent(in) :: eqs
+      real(wp) :: row, mass
+      integer :: i
+      ratio = 0.0_wp
+      do i = 1, size(self%k_rows)
+         row = abs(multiplier_scale(eqs))*max(eqs%b*self%k_rows(i), abs(eqs%c)*self%c_rows(i))
+         mass = abs(eqs%m1%entry(i, i))
+         if (row > ratio*mass) ratio = row/max(mass, tiny(mass))
+      end do
+   end function stiffness_ratio
+
+   !> One correction of all unknowns
+   recursive subroutine matrices_correct(self, eqs, length, count)
+      class(soi2_matrices), intent(inout) :: self
+      type(soi2_equations), intent(inout) :: eqs
+      real(wp), intent(out) :: length           !! of the correction, as a part of y and z
+      type(step_counters), intent(inout) :: count
+      real(wp) :: c_m, scale
+
+      self%ddelta = 0.0_wp
+      c_m = 1.0_wp - eqs%coefficients%alpha_m
+      scale = 1.0_wp/multiplier_scale(eqs)
+      if (eqs%has_differences) then
+         self%ddelta = -eqs%d/c_m
+         self%l = -eqs%dl
+         self%q = -eqs%dk
+         call self%saddle_m%solve(self%ddelta, self%l, self%q)
+         count%solves = count%solves + 1
+         eqs%delta = eqs%delta + self%ddelta
+         eqs%mu = eqs%mu + scale*self%l
+         if (eqs%variant /= variant_reduced) eqs%nu = eqs%nu + scale*self%q
+         if (self%is_stiff) call self%k%multiply_add((1.0_wp - eqs%coefficients%alpha_f)*eqs%b, self%ddelta, eqs%r)
+      end if
+      self%x = -eqs%r/c_m
+      self%l = -eqs%rl
+      self%q = -eqs%rk
+      if (self%two) then
+         call self%saddle_s%solve(self%x, self%l, self%q)
+      else
+         call self%saddle_m%solve(self%x, self%l, self%q)
+      end if
+      count%solves = count%solves + 1
+      eqs%a = eqs%a + self%x
+      eqs%lambda = eqs%lambda + scale*self%l
+      eqs%psi = eqs%psi + scale*self%q
+      length = correction_length(eqs, self%x, self%ddelta, scale*self%l, scale*self%q)
+   end subroutine matrices_correct
+
+   !> The correction as a part of y1, z1 and the multipliers, each by its largest component; not finite where one
+   !> of them is not.  Rounding errors of z1 are c a, and those of a are those of multipliers: as a part of the
+   !> multipliers a thousandth of the correction counts, and less where z1/c is larger than the accelerations.
+   pure real(wp) function correction_length(eqs, da, ddelta, dlambda, dpsi) result(length)
+      type(soi2_equations), intent(in) :: eqs
+      real(wp), intent(in) :: da(:), ddelta(:)
+      real(wp), intent(in) :: dlambda(:), dpsi(:)
+      real(wp) :: y, z, a, dy, dz, total, force
+      integer :: i
+      total = 0.0_wp
+      y = 0.0_wp
+      z = 0.0_wp
+      a = 0.0_wp
+      dy = 0.0_wp
+      dz = 0.0_wp
+      do i = 1, size(da)
+         y = max(y, abs(eqs%y1(i)))
+         z = max(z, abs(eqs%z1(i)))
+         a = max(a, abs(eqs%a(i)))
+         dz = max(dz, abs(da(i)))
+         dy = max(dy, abs(da(i) + ddelta(i)))
+         total = total + (da(i) + ddelta(i))
+      end do
+      length = total
+      if (.not. ieee_is_finite(total)) return
+      dy = abs(eqs%b)*dy
+      dz = abs(eqs%c)*dz
+      z = max(z, abs(eqs%h)*a)
+      y = max(y, abs(eqs%h)*z)
+      length = max(part(dy, y), part(dz, z))
+      if (size(dlambda) + size(dpsi) == 0) return
+      force = eqs%mass_size*z/max(abs(eqs%c), tiny(z))
+      length = max(length, multiplier_part(dlambda, eqs%lambda, force), multiplier_part(dpsi, eqs%psi, force))
+   end function correction_length
+
+   pure real(wp) function multiplier_part(change, multipliers, force) result(change_part)
+      real(wp), intent(in) :: change(:), multipliers(:)
+      real(wp), intent(in) :: force        !! that changes z1 by its own size in a step
+      change_part = 0.0_wp
+      if (size(change) > 0) change_part = part(maxval(abs(change)), max(1.0e3_wp*maxval(abs(multipliers)), force))
+   end function multiplier_part
+
+   pure real(wp) function part(change, whole)
+      real(wp), intent(in) :: change, whole
+      part = change/max(whole, change, tiny(change))
+   end function part
+end module dynstep_soi2_matrices
