@@ -8,7 +8,7 @@ module dynstep_lapack
    implicit none
    private
 
-   public :: dgbtrf, dgbtrs, dgetrf, dgetrs, dlacn2, dpbtrf, dpbtrs, dpotrf, dpotrs, dsterf
+   public :: dgbtrf, dgbtrs, dgeqp3, dgetrf, dgetrs, dlacn2, dpbtrf, dpbtrs, dpotrf, dpotrs, dsterf
 
    interface
       !> A = P L U, band storage with kl rows of fill room on top
@@ -30,6 +30,18 @@ module dynstep_lapack
          real(wp), intent(inout) :: b(ldb, *)     !! [n, nrhs]
          integer, intent(out) :: info
       end subroutine dgbtrs
+
+      !> A P = Q R with column pivoting
+      pure subroutine dgeqp3(m, n, a, lda, jpvt, tau, work, lwork, info)
+         import :: wp
+         integer, intent(in) :: m, n, lda
+         real(wp), intent(inout) :: a(lda, *)     !! [m, n] in, R in its upper triangle out
+         integer, intent(inout) :: jpvt(*)        !! 0 in: free; column of A that is column j of A P [n]
+         real(wp), intent(out) :: tau(*)          !! [min(m,n)]
+         real(wp), intent(out) :: work(*)         !! [lwork]; lwork = -1: the best lwork in work(1)
+         integer, intent(in) :: lwork             !! >= 3n + 1
+         integer, intent(out) :: info
+      end subroutine dgeqp3
 
       !> A = P L U
       pure subroutine dgetrf(m, n, a, lda, ipiv, info)

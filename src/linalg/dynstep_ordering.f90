@@ -3,7 +3,7 @@
 !>
 !> PROGRAMMING INTERFACE
 !>
-!>   call reverse_cuthill_mckee(nodes, first, neighbour, order)     of a graph
+!>   call reverse_cuthill_mckee(nodes, first, neighbour, from_other_end, order)     of a graph
 !>   call saddle_order(n, kl, ku, m, g, p, k, order)                of the equations of constrained motion
 !>   call saddle_bandwidth(n, kl, ku, m, g, p, k, position, lower, upper)
 !>
@@ -23,23 +23,30 @@ module dynstep_ordering
 contains
 
    !> Order of the unknowns of [A -RL -RP; G 0 0; K 0 0]: 1 .. n coordinates, n + 1 .. n + m multipliers of g, then
-   !> p of k.  The better of two: reverse Cuthill-McKee, which needs no help, and the coordinates as they are numbered
-   !> with each constraint amid its own, which is as good as can be where bodies of a chain are numbered along it.
+   !> p of k.  The best of three: reverse Cuthill-McKee from both ends, and the coordinates as they are numbered with
+   !> each constraint amid its own.  Measured kl = ku with 300 rods (x, y, angle; two constraints a joint), numbered
+   !> in order and at random: chain 4 and 4 (the best there is), free chain 4 and 5, closed loop 9 and 8 or 9, two chains with
+   !> rungs 10 and 9, binary tree 194 and 192; one end alone gives up to 2 more.
    recursive subroutine saddle_order(n, kl, ku, m, g, p, k, order)
       integer, intent(in) :: n, kl, ku, m, p       !! coordinates, bandwidths of A, numbers of constraints
       type(pattern_type), intent(in) :: g, k       !! not dense where there are rows
       integer, intent(out) :: order(n + m + p)
-      integer :: position(n + m + p), other(n + m + p), lower, upper, other_lower, other_upper
+      integer :: position(n + m + p), other(n + m + p), lower, upper, other_lower, other_upper, way
       integer, allocatable :: first(:), neighbour(:)
 
-      call numbered_order(n, m, g, p, k, other)
-      call invert(other, position)
-      call saddle_bandwidth(n, kl, ku, m, g, p, k, position, other_lower, other_upper)
-      call saddle_graph(n, max(kl, ku), m, g, p, k, first, neighbour)
-      call reverse_cuthill_mckee(n + m + p, first, neighbour, order)
+      call numbered_order(n, m, g, p, k, order)
       call invert(order, position)
       call saddle_bandwidth(n, kl, ku, m, g, p, k, position, lower, upper)
-      if (other_lower + other_upper <= lower + upper) order = other
+      call saddle_graph(n, max(kl, ku), m, g, p, k, first, neighbour)
+      do way = 1, 2
+         call reverse_cuthill_mckee(n + m + p, first, neighbour, way == 2, other)
+         call invert(other, position)
+         call saddle_bandwidth(n, kl, ku, m, g, p, k, position, other_lower, other_upper)
+         if (other_lower + other_upper >= lower + upper) cycle
+         order = other
+         lower = other_lower
+         upper = other_upper
+      end do
    end subroutine saddle_order
 
    !> Sub- and superdiagonals of the matrix of constrained motion in an order
@@ -182,10 +189,11 @@ contains
 
    !> Reverse Cuthill-McKee order: breadth first from a node at the rim of its component, neighbours by rising
    !> degree, backwards.  Work proportional to the entries, but for the sorting of neighbours.
-   recursive subroutine reverse_cuthill_mckee(nodes, first, neighbour, order)
+   recursive subroutine reverse_cuthill_mckee(nodes, first, neighbour, from_other_end, order)
       integer, intent(in) :: nodes
       integer, intent(in) :: first(nodes + 1)
       integer, intent(in) :: neighbour(*)          !! [first(nodes + 1) - 1]
+      logical, intent(in) :: from_other_end        !! start at the far end of each component
       integer, intent(out) :: order(nodes)
       logical :: numbered(nodes)
       integer :: level(nodes), queue(nodes), node, j, e, last, begin
@@ -223,7 +231,10 @@ contains
          call levels_from(rim_node, depth, candidate)
          do
             call levels_from(candidate, deeper, e)
-            if (deeper <= depth) return
+            if (deeper <= depth) then
+               if (from_other_end) rim_node = candidate
+               return
+            end if
             rim_node = candidate
             depth = deeper
             candidate = e

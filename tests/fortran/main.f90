@@ -19,6 +19,8 @@ program tester
    use test_models, only: collect_models
    use test_nesting, only: collect_nesting
    use test_newton, only: collect_newton
+   use test_ordering, only: collect_ordering
+   use test_rank, only: collect_rank
    use test_saddle_point, only: collect_saddle_point
    use test_singular, only: collect_singular
    use test_stability, only: collect_stability
@@ -41,7 +43,9 @@ program tester
       & new_testsuite('matrix', collect_matrix), &
       & new_testsuite('linalg', collect_linalg), &
       & new_testsuite('singular', collect_singular), &
+      & new_testsuite('ordering', collect_ordering), &
       & new_testsuite('saddle_point', collect_saddle_point), &
+      & new_testsuite('rank', collect_rank), &
       & new_testsuite('figures', collect_figures), &
       & new_testsuite('bits', collect_bits), &
       & new_testsuite('stability', collect_stability), &
