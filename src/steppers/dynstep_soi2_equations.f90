@@ -53,6 +53,7 @@ module dynstep_soi2_equations
       real(wp), allocatable :: rl(:), dl(:)       !! [m] g'/c (index 3: g/b), and g/b - g'/c
       real(wp), allocatable :: rk(:), dk(:)       !! [p] k/c, and (k~ - k)/c
       type(constrained_motion) :: motion          !! constraints at (t1, y1, z1)
+      real(wp) :: moved = 0.0_wp                  !! last correction of y1 and h z1, as a part of y1
       real(wp), allocatable, private :: f(:), z_tilde(:), lambda_tilde(:), psi_tilde(:)
    contains
       procedure :: init => equations_init

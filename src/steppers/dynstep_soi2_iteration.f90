@@ -87,7 +87,7 @@ contains
          call eqs%evaluate(sys, count, status)
          call correct(self, sys, eqs, is_whole, length, count, status)
          if (status%failed()) exit
-         call judge(self, length, previous, is_measured, is_done)
+         call judge(self, length, previous, eqs%moved, is_measured, is_done)
          if (is_done) exit
          if (ieee_is_finite(length) .and. .not. (is_measured .and. self%rate > poor .and. length > stagnated_below)) then
             previous = length
@@ -142,9 +142,10 @@ contains
    end subroutine correct
 
    !> Is the iteration at its end?
-   pure subroutine judge(self, length, previous, is_measured, is_done)
+   pure subroutine judge(self, length, previous, moved, is_measured, is_done)
       class(soi2_iteration), intent(inout) :: self
       real(wp), intent(in) :: length, previous
+      real(wp), intent(in) :: moved                      !! correction as a part of y
       logical, intent(in) :: is_measured                 !! `previous` was with the same matrices
       logical, intent(out) :: is_done
       real(wp) :: goal
@@ -155,7 +156,7 @@ contains
       is_done = self%matrices%is_exact .or. length <= goal
       if (is_done) return
       if (is_measured) is_done = (self%rate < 0.5_wp .and. self%rate*length <= goal) .or. &
-         & (self%rate >= 0.5_wp .and. length <= stagnated_below)
+         & (self%rate >= 0.5_wp .and. length <= stagnated_below) .or. (self%rate > poor .and. moved <= finest)
    end subroutine judge
 
    !> Better matrices, and back to the predictor

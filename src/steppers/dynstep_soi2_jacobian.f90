@@ -9,7 +9,7 @@ module dynstep_soi2_jacobian
    use dynstep_matrix, only: kind_dense, matrix_type
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_soi2_equations, only: soi2_equations
-   use dynstep_soi2_matrices, only: correction_length
+   use dynstep_soi2_matrices, only: correction_length, position_part
    use dynstep_status, only: status_type
    use dynstep_stepper, only: step_counters
    implicit none
@@ -78,6 +78,7 @@ contains
          self%ddelta = 0.0_wp
          if (eqs%has_differences) self%ddelta = self%r1(i3 + 1:i3 + i1)
          length = correction_length(eqs, self%r1(1:i1), self%ddelta, self%r1(i1 + 1:i2), self%r1(i2 + 1:i3))
+         eqs%moved = position_part(eqs, self%r1(1:i1), self%ddelta)
       end associate
    end subroutine jacobian_correct
 
@@ -107,6 +108,8 @@ contains
       place = modulo(j - 1, block) + 1
       z = max(maxval(abs(eqs%z1)), abs(eqs%h)*maxval(abs(eqs%a)))
       y = max(maxval(abs(eqs%y1)), abs(eqs%h)*z)
+      ! at rest z is a rounding error
+      z = max(z, relative_step*y/max(abs(eqs%h), tiny(y)))
       if (place <= n) then
          unknown_size = z/max(abs(eqs%c), tiny(z))
          if (j > block) unknown_size = min(unknown_size, y/max(abs(eqs%b), tiny(y)))

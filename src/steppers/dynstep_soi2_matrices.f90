@@ -22,7 +22,7 @@ module dynstep_soi2_matrices
    implicit none
    private
 
-   public :: correction_length
+   public :: correction_length, position_part
 
    type, public :: soi2_matrices
       logical :: is_made = .false.                       !! factors are there
@@ -178,7 +178,9 @@ contains
             call check_callback('reaction_tangent', ierr, eqs%t1, status)
             if (status%failed()) return
          end if
-         self%is_exact = s%force_is_linear .and. self%tangents_are_given .and. sys%holonomic + sys%nonholonomic == 0
+         ! old matrices would be wrong where M or the tangents change
+         self%is_exact = s%force_is_linear .and. s%mass_is_constant .and. s%tangent_is_constant .and. &
+            & self%tangents_are_given .and. sys%holonomic + sys%nonholonomic == 0
       end associate
       self%knows_tangents = .true.
       call self%k%absolute_row_sums(self%k_rows)
@@ -234,6 +236,7 @@ contains
       eqs%lambda = eqs%lambda + scale*self%l
       eqs%psi = eqs%psi + scale*self%q
       length = correction_length(eqs, self%x, self%ddelta, scale*self%l, scale*self%q)
+      eqs%moved = position_part(eqs, self%x, self%ddelta)
    end subroutine matrices_correct
 
    !> The correction as a part of y1, z1 and the multipliers, each by its largest component; not finite where one
@@ -270,6 +273,16 @@ contains
       force = eqs%mass_size*z/max(abs(eqs%c), tiny(z))
       length = max(length, multiplier_part(dlambda, eqs%lambda, force), multiplier_part(dpsi, eqs%psi, force))
    end function correction_length
+
+   !> The correction of y1 and of h z1 as a part of y1: what it is where z1 and a themselves are rounding errors,
+   !> as in a mechanism at rest
+   pure real(wp) function position_part(eqs, da, ddelta)
+      type(soi2_equations), intent(in) :: eqs
+      real(wp), intent(in) :: da(:), ddelta(:)
+      real(wp) :: change
+      change = max(abs(eqs%b)*maxval(abs(da + ddelta)), abs(eqs%h*eqs%c)*maxval(abs(da)))
+      position_part = part(change, maxval(abs(eqs%y1)))
+   end function position_part
 
    pure real(wp) function multiplier_part(change, multipliers, force) result(change_part)
       real(wp), intent(in) :: change(:), multipliers(:)

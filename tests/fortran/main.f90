@@ -3,6 +3,7 @@
 program tester
    use test_bits, only: collect_bits
    use test_check_system, only: collect_check_system
+   use test_constrained_extremes, only: collect_constrained_extremes
    use test_constrained_models, only: collect_constrained_models
    use test_drivers, only: collect_drivers
    use test_endings, only: collect_endings
@@ -40,6 +41,7 @@ program tester
       & new_testsuite('ground_motion', collect_ground_motion), &
       & new_testsuite('models', collect_models), &
       & new_testsuite('constrained_models', collect_constrained_models), &
+      & new_testsuite('constrained_extremes', collect_constrained_extremes), &
       & new_testsuite('matrix', collect_matrix), &
       & new_testsuite('linalg', collect_linalg), &
       & new_testsuite('singular', collect_singular), &
