@@ -12,7 +12,7 @@ import pathlib
 import re
 import sys
 
-from fortran_text import PROCEDURE, procedures, statements
+from fortran_text import LABEL, PROCEDURE, procedures, statements, unquoted_labels
 
 SKIPPED = 77        # meson's exit code of a skipped test
 
@@ -37,8 +37,11 @@ def of_header(text):
 
 
 def of_fortran(text):
-    return {name: len(arguments) for _, _, name, arguments, suffix in procedures(text)
-            if re.search(r"\bbind\s*\(\s*c\b", suffix)}
+    result = {}
+    for _, _, name, arguments, suffix in procedures(unquoted_labels(text)):
+        if bound := LABEL.search(suffix):
+            result[bound[1] or name] = len(arguments)
+    return result
 
 
 def of_pyf(text):

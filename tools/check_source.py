@@ -5,7 +5,8 @@
   silence    the library never prints and never stops
   floors     no file uses a module of a later floor
   modules    one module per file, of the file's name
-  labels     no C function has the name of a module (both are global: gfortran calls the one for the other)
+  labels     no C function has the name of a module (both are global: gfortran calls the one for the other), or the file
+             does not use that module
   recursive  whatever lies between an entry and a callback is recursive
   length     a file of more than 400 lines wants a reason (told, not failed)
 
@@ -15,7 +16,7 @@ import pathlib
 import re
 import sys
 
-from fortran_text import procedures, statements
+from fortran_text import LABEL, procedures, statements, unquoted_labels
 
 FLOORS = ("core", "linalg", "system", "steppers", "drivers", "analysis", "models", "wrappers")
 BETWEEN_ENTRY_AND_CALLBACK = ("src/steppers/", "src/drivers/", "wrappers/")
@@ -61,9 +62,15 @@ def modules(path, text, _):
 
 
 def labels(path, text, home):
+    text = unquoted_labels(text)
     for number, _, name, _, suffix in procedures(text):
-        if re.search(r"\bbind\s*\(\s*c\b", suffix) and name in home:
+        if not (bound := LABEL.search(suffix)):
+            continue
+        label = bound[1]
+        if name in home:
             yield f"{path}:{number}: {name} is also the name of a module"
+        elif label in home and re.search(rf"\buse\b.*\b{label}\b", text):
+            yield f"{path}:{number}: the label {label} is also the name of a module that is used here"
 
 
 def recursive(path, text, _):

@@ -28,6 +28,15 @@ PROCEDURE = re.compile(
     r"\s*(?:\((?P<args>[^()]*)\))?(?P<suffix>.*)$")
 
 
+#: bind(c) and the C name that it may tell, of a text without the quotes of these names
+LABEL = re.compile(r"\bbind\s*\(\s*c\b(?:\s*,\s*name\s*=\s*(\w+))?")
+
+
+def unquoted_labels(text):
+    """Let the names of bind(c, name='...') survive the emptying of strings."""
+    return re.sub(r"""(\bbind\s*\(\s*c\s*,\s*name\s*=\s*)['"](\w+)['"]""", r"\1\2", text)
+
+
 def procedures(text):
     """Yield (line number, prefix, name, arguments, suffix) of every procedure that has a body here."""
     interface = False

@@ -55,6 +55,12 @@ static int in_use(intptr_t s)
     n += dynstep_set_load_table(s, 0, 0, 0.0, 0.0, NULL, NULL, NULL, 0) == DYNSTEP_IN_USE;
     n += dynstep_set_newmark(s, 0.25, 0.5) == DYNSTEP_IN_USE;
     n += dynstep_set_midpoint(s) == DYNSTEP_IN_USE;
+    n += dynstep_set_generalized_alpha(s, 0.5, 0.5, 0.25, 0.5) == DYNSTEP_IN_USE;
+    n += dynstep_set_soi2(s, 0.5, 0.5, 0.25, 0.5, 1) == DYNSTEP_IN_USE;
+    n += dynstep_set_alpha_options(s, 1, 1, 1, 1) == DYNSTEP_IN_USE;
+    n += dynstep_set_start(s, 1) == DYNSTEP_IN_USE;
+    n += dynstep_start_report(s, x) == DYNSTEP_IN_USE;
+    n += dynstep_redundant_constraints(s, 0, NULL) == DYNSTEP_IN_USE;
     n += dynstep_set_extrapolation(s, 0, 0, 0, NULL) == DYNSTEP_IN_USE;
     n += dynstep_set_newton(s, 1, 1, 0.0) == DYNSTEP_IN_USE;
     n += dynstep_properties(s, 0, NULL, NULL, i, NULL) == DYNSTEP_IN_USE;
@@ -73,7 +79,7 @@ static int in_use(intptr_t s)
     n += dynstep_message(s, sizeof text, text) == DYNSTEP_IN_USE && strstr(text, "in use");
     return n;
 }
-enum { FUNCTIONS_OF_A_HANDLE = 41 };
+enum { FUNCTIONS_OF_A_HANDLE = 47 };
 
 static int invalid(intptr_t s)
 {
@@ -106,6 +112,12 @@ static int invalid(intptr_t s)
     n += dynstep_set_load_table(s, 0, 0, 0.0, 0.0, NULL, NULL, NULL, 0) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_newmark(s, 0.25, 0.5) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_midpoint(s) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_generalized_alpha(s, 0.5, 0.5, 0.25, 0.5) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_soi2(s, 0.5, 0.5, 0.25, 0.5, 1) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_alpha_options(s, 1, 1, 1, 1) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_start(s, 1) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_start_report(s, x) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_redundant_constraints(s, 0, NULL) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_extrapolation(s, 0, 0, 0, NULL) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_newton(s, 1, 1, 0.0) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_properties(s, 0, NULL, NULL, i, NULL) == DYNSTEP_INVALID_HANDLE;

@@ -64,7 +64,9 @@ PLANTED = {
         ("wrappers/f77/dsnewm.f90", "recursive subroutine dsother(n)\nend")],
     "labels": [
         ("wrappers/c/dynstep_c.f90", "module dynstep_c\ncontains\n"
-         "recursive function dynstep_a(n) result(code) bind(c)\nend function\nend module")],
+         "recursive function dynstep_a(n) result(code) bind(c)\nend function\nend module"),
+        ("wrappers/c/dynstep_c.f90", "module dynstep_c\nuse dynstep_a, only: stopped\ncontains\n"
+         "recursive function a_of_c(n) result(code) bind(c, name='dynstep_a')\nend function\nend module")],
     "recursive": [
         ("src/steppers/dynstep_b.f90", "module dynstep_b\ncontains\nsubroutine step()\nend subroutine\nend module"),
         ("src/steppers/dynstep_b.f90",
@@ -89,7 +91,7 @@ int dynstep_go(intptr_t handle, const double *q,
 FORTRAN = """
    recursive function dynstep_new() result(handle) bind(c)
    end function
-   recursive integer(c_int) function dynstep_go(handle, &
+   recursive integer(c_int) function bound_go(handle, &
       & q, f) bind(c, name='dynstep_go')
    end function
    subroutine private_helper(x)

@@ -99,6 +99,23 @@ enum dynstep_sequence {              /* sub-steps of the rows of an extrapolatio
     DYNSTEP_CUSTOM = 5               /* the caller's own numbers */
 };
 
+enum dynstep_variant {               /* of dynstep_set_soi2 */
+    DYNSTEP_SOI2 = 1,                /* Jay & Negrut 2008, eqs. (13), (14) */
+    DYNSTEP_REDUCED = 2,             /* their section 6: one set of multipliers psi */
+    DYNSTEP_INDEX3 = 3               /* without the constraints on velocities: a baseline to compare with */
+};
+
+enum dynstep_mass_at {               /* M_alpha of a step */
+    DYNSTEP_MASS_STORED = 1,         /* as the step before left it, corrected by (14b) */
+    DYNSTEP_MASS_RECOMPUTED = 2      /* evaluated anew */
+};
+
+enum dynstep_start_mode {            /* a start that is off the constraints */
+    DYNSTEP_START_PROJECT = 1,       /* is moved onto them, by the smallest change in the norm of M */
+    DYNSTEP_START_REFUSE = 2,        /* gives DYNSTEP_INCONSISTENT_START */
+    DYNSTEP_START_KEEP = 3           /* is taken as it is */
+};
+
 enum dynstep_count {                 /* places in the counters of dynstep_counts */
     DYNSTEP_COUNT_STEPS = 0, DYNSTEP_COUNT_SUBSTEPS, DYNSTEP_COUNT_REJECTIONS, DYNSTEP_COUNT_FORCES,
     DYNSTEP_COUNT_MASSES, DYNSTEP_COUNT_TANGENTS, DYNSTEP_COUNT_FACTORIZATIONS, DYNSTEP_COUNT_SOLVES,
@@ -291,6 +308,30 @@ int dynstep_set_newmark(intptr_t handle, double beta, double gamma);
 /* The implicit midpoint rule, alone or under an extrapolation */
 int dynstep_set_midpoint(intptr_t handle);
 
+/* Generalized-alpha without constraints: alpha_m and alpha_f not 1, beta and gamma >= 0 */
+int dynstep_set_generalized_alpha(intptr_t handle, double alpha_m, double alpha_f, double beta, double gamma);
+
+/* SOI2, with constraints or without; variant: enum dynstep_variant.  Constraints need beta > 0, gamma > 0. */
+int dynstep_set_soi2(intptr_t handle, double alpha_m, double alpha_f, double beta, double gamma, int variant);
+
+/* coefficients[4] = alpha_m, alpha_f, beta, gamma of the spectral radius rho_inf at infinite frequency,
+ * 0 <= rho_inf <= 1, for the two functions above.  HHT-alpha has 0, -alpha, (1 - alpha)^2/4, 1/2 - alpha,
+ * with -1/3 <= alpha <= 0; Newmark's method 0, 0, beta, gamma. */
+int dynstep_alpha_coefficients(double rho_inf, double *coefficients);
+
+/* Options of both, by default DYNSTEP_MASS_STORED, 1, 1, 1.
+ *   mass_at               enum dynstep_mass_at
+ *   adjust_acceleration   (14a) where the step length changes; 0: not, and the order falls to 1
+ *   adjust_momentum       (14b), in the same way
+ *   second_order_start    1: the first step is repeated once, and a and the multipliers are of second order
+ *                         from the first step; 0: a_alpha = a0 */
+int dynstep_set_alpha_options(intptr_t handle, int mass_at, int adjust_acceleration, int adjust_momentum,
+                              int second_order_start);
+
+/* What these methods do with a start that is off the constraints: enum dynstep_start_mode, by default
+ * DYNSTEP_START_PROJECT */
+int dynstep_set_start(intptr_t handle, int mode);
+
 /* Extrapolation of order 2*levels over the method above.
  *   levels             1..DYNSTEP_MAX_LEVELS; 0 takes the extrapolation away
  *   sequence           enum dynstep_sequence
@@ -323,8 +364,18 @@ int dynstep_stability_limit(intptr_t handle, double damping_ratio, double *limit
 int dynstep_check(intptr_t handle, int n, double t, const double *q, const double *v, int length,
                   char *report);
 
-/* Put system, method and state together, compute the accelerations, set the counters to zero */
+/* Put system, method and state together, compute accelerations and multipliers, set the counters to zero.
+ * With constraints q and v are moved onto them (dynstep_set_start); dynstep_get tells where they are. */
 int dynstep_start(intptr_t handle, int n, double t, const double *q, const double *v);
+
+/* What the last dynstep_start found and moved with generalized-alpha or SOI2, also where it failed:
+ * report[5] = largest |g|, |g'|, |k| (these two at the projected q), largest change of a coordinate, of a
+ * velocity */
+int dynstep_start_report(intptr_t handle, double *report);
+
+/* Which constraints depend on each other at the start, in words; blank where none do.  Cut and ended as
+ * dynstep_message does. */
+int dynstep_redundant_constraints(intptr_t handle, int length, char *buffer);
 
 /* One step of length h, of either sign.  Steps of one length that follow each other end at t0 + k*h.
  * The observer is not asked.  A run that was begun is over. */
