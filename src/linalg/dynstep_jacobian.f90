@@ -27,6 +27,7 @@ module dynstep_jacobian
    contains
       procedure :: is_dense => pattern_is_dense
       procedure :: check => pattern_check
+      procedure :: is_that_of => pattern_is_that_of
    end type pattern_type
 
    type, public :: jacobian_type
@@ -89,6 +90,21 @@ contains
          end do
       end do
    end subroutine pattern_check
+
+   !> True where `init` with this pattern made the Jacobian
+   pure logical function pattern_is_that_of(self, jacobian, rows, columns) result(fits)
+      class(pattern_type), intent(in) :: self
+      type(jacobian_type), intent(in) :: jacobian
+      integer, intent(in) :: rows, columns
+      fits = .false.
+      if (.not. allocated(jacobian%value) .or. jacobian%rows /= rows .or. jacobian%columns /= columns) return
+      if (self%is_dense()) then
+         fits = size(jacobian%value) == rows*columns
+      else if (size(self%first) == size(jacobian%first) .and. size(self%column) == size(jacobian%column)) then
+         fits = all(self%first == jacobian%first)
+         if (fits) fits = all(self%column == jacobian%column)
+      end if
+   end function pattern_is_that_of
 
    !> Storage for a pattern that was checked; the entries are zero
    recursive subroutine jacobian_init(self, rows, columns, pattern, status)

@@ -4,6 +4,7 @@ program tester
    use test_bits, only: collect_bits
    use test_check_system, only: collect_check_system
    use test_constrained_extremes, only: collect_constrained_extremes
+   use test_constraints, only: collect_constraints
    use test_constrained_models, only: collect_constrained_models
    use test_drivers, only: collect_drivers
    use test_endings, only: collect_endings
@@ -54,6 +55,7 @@ program tester
       & new_testsuite('newton', collect_newton), &
       & new_testsuite('stiff', collect_stiff), &
       & new_testsuite('check_system', collect_check_system), &
+      & new_testsuite('constraints', collect_constraints), &
       & new_testsuite('work', collect_work), &
       & new_testsuite('drivers', collect_drivers), &
       & new_testsuite('endings', collect_endings), &
