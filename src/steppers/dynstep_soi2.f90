@@ -51,6 +51,7 @@ module dynstep_soi2
       ! slopes over the step, x' of a straight line, and what their change gives for x''
       real(wp), allocatable :: a_slope(:), lambda_slope(:), psi_slope(:)
       real(wp), allocatable :: a_bend(:), lambda_bend(:), psi_bend(:)
+      real(wp), allocatable :: gq(:)                   ! entries of G at its end
       logical :: has_bend = .false.                    ! there was a step before it
       logical :: bends_better = .false.                ! parabolas predicted it better than straight lines
    end type history_type
@@ -134,8 +135,10 @@ contains
          associate (s => sys%structure)
             call self%m_alpha%init(s%mass, sys%n, s%mass_kl, s%mass_ku, s%mass_is_symmetric, status)
          end associate
-         call allocate_history(self%history(1), sys%n, sys%holonomic, sys%nonholonomic)
-         call allocate_history(self%history(2), sys%n, sys%holonomic, sys%nonholonomic)
+         call allocate_history(self%history(1), sys%n, sys%holonomic, sys%nonholonomic, &
+            & size(self%eqs%motion%gq%value))
+         call allocate_history(self%history(2), sys%n, sys%holonomic, sys%nonholonomic, &
+            & size(self%eqs%motion%gq%value))
          if (allocated(self%a_alpha)) deallocate (self%a_alpha, self%ma_alpha, self%q_at, self%v_at)
          associate (n => sys%n)
             allocate (self%a_alpha(n), self%ma_alpha(n), self%q_at(n), self%v_at(n), source=0.0_wp)
@@ -144,15 +147,17 @@ contains
       if (.not. status%failed()) call self%note_init(sys)
    end subroutine soi2_init
 
-   pure subroutine allocate_history(history, n, m, p)
+   pure subroutine allocate_history(history, n, m, p, entries)
       type(history_type), intent(inout) :: history
       integer, intent(in) :: n, m, p
+      integer, intent(in) :: entries           !! of G
       if (allocated(history%a)) deallocate (history%a, history%a_used, history%ma, history%ma_used, history%f, &
          & history%delta, history%mu, history%nu, history%a_slope, history%lambda_slope, history%psi_slope, &
-         & history%a_bend, history%lambda_bend, history%psi_bend)
+         & history%a_bend, history%lambda_bend, history%psi_bend, history%gq)
       allocate (history%a(n), history%a_used(n), history%ma(n), history%ma_used(n), history%f(n), history%delta(n), &
          & history%a_slope(n), history%a_bend(n), history%mu(m), history%lambda_slope(m), history%lambda_bend(m), &
-         & history%nu(p), history%psi_slope(p), history%psi_bend(p), source=0.0_wp)
+         & history%nu(p), history%psi_slope(p), history%psi_bend(p), &
+         & history%gq(entries), source=0.0_wp)
    end subroutine allocate_history
 
    recursive subroutine check_options(self, status)
@@ -220,6 +225,7 @@ contains
       end select
       if (status%failed()) return
       state%y = y
+      self%history(self%past)%gq = self%consistency%motion%gq%value
       self%iteration%matrices%regularization = self%consistency%regularization
       self%is_started = .true.
    end subroutine soi2_start
@@ -281,6 +287,7 @@ contains
          eqs%dy = h*(eqs%z0 + (h*(0.5_wp - c%beta))*self%a_alpha)
          eqs%dz = (h*(1.0_wp - c%gamma))*self%a_alpha
          eqs%w = c%alpha_m*self%ma_alpha - c%alpha_f*self%history(self%past)%f
+         eqs%old_gq = self%history(self%past)%gq
          call predict(self, state, h)
          call self%iteration%solve(sys, eqs, self%count, status)
          if (.not. status%failed()) call eqs%place()
@@ -424,6 +431,7 @@ contains
          call eqs%m1%multiply_add(1.0_wp, eqs%a, next%ma)
          next%ma_used = self%ma_alpha
          next%f = ((1.0_wp - c%alpha_m)*next%ma + eqs%w)/(1.0_wp - c%alpha_f)
+         next%gq = eqs%motion%gq%value
          next%delta = eqs%delta
          next%mu = eqs%mu
          next%nu = eqs%nu

@@ -54,11 +54,14 @@ module dynstep_soi2_equations
       real(wp), allocatable :: rk(:), dk(:)       !! [p] k/c, and (k~ - k)/c
       type(constrained_motion) :: motion          !! constraints at (t1, y1, z1)
       real(wp) :: moved = 0.0_wp                  !! last correction of y1 and h z1, as a part of y1
+      real(wp), allocatable :: old_gq(:)          !! entries of G at (t0, y0)
       real(wp), allocatable, private :: f(:), z_tilde(:), lambda_tilde(:), psi_tilde(:)
    contains
       procedure :: init => equations_init
       procedure :: place => equations_place
       procedure :: evaluate => equations_evaluate
+      procedure :: change_of_velocity_residual => equations_change_of_velocity_residual
+      procedure :: change_of_nonholonomic => equations_change_of_nonholonomic
       procedure :: unknowns => equations_unknowns
       procedure :: pack_unknowns => equations_pack_unknowns
       procedure :: unpack_unknowns => equations_unpack_unknowns
@@ -81,11 +84,11 @@ contains
          if (status%failed()) return
          if (allocated(self%y0)) deallocate (self%y0, self%dy, self%z0, self%dz, self%w, self%a, self%delta, self%lambda, &
             & self%mu, self%psi, self%nu, self%y1, self%z1, self%r, self%d, self%rl, self%dl, self%rk, self%dk, self%f, &
-            & self%z_tilde, self%lambda_tilde, self%psi_tilde)
+            & self%z_tilde, self%lambda_tilde, self%psi_tilde, self%old_gq)
          allocate (self%y0(n), self%dy(n), self%z0(n), self%dz(n), self%w(n), self%a(n), self%delta(n), self%y1(n), &
             & self%z1(n), self%r(n), self%d(n), self%f(n), self%z_tilde(n), self%lambda(m), self%mu(m), self%rl(m), &
             & self%dl(m), self%lambda_tilde(m), self%psi(p), self%nu(p), self%rk(p), self%dk(p), self%psi_tilde(p), &
-            & source=0.0_wp, stat=stat)
+            & self%old_gq(size(self%motion%gq%value)), source=0.0_wp, stat=stat)
       end associate
       if (stat /= 0) call status%set(dynstep_no_memory, 'no memory for a step of '//text(sys%n)//' coordinates')
    end subroutine equations_init
@@ -163,6 +166,42 @@ contains
          self%dk = self%dk/self%c - self%rk
       end associate
    end subroutine evaluate_differences
+
+   !> (b/c) Y u of a change b u of y1, with Y = d(G z)/dy = dG/dt along the motion = (G1 - G0)/h + O(h)
+   pure subroutine equations_change_of_velocity_residual(self, u, change)
+      class(soi2_equations), intent(in) :: self
+      real(wp), intent(in) :: u(:)
+      real(wp), intent(out) :: change(:)          !! of g'/c
+      real(wp) :: total
+      integer :: i, e
+      associate (gq => self%motion%gq)
+         do i = 1, gq%rows
+            total = 0.0_wp
+            do e = gq%first(i), gq%first(i + 1) - 1
+               total = total + (gq%value(e) - self%old_gq(e))*u(gq%column(e))
+            end do
+            change(i) = (self%b/(self%c*self%h))*total
+         end do
+      end associate
+   end subroutine equations_change_of_velocity_residual
+
+   !> (k(t1, y1 + b u, z1) - k(t1, y1, z1))/c
+   recursive subroutine equations_change_of_nonholonomic(self, sys, u, change, count, status)
+      class(soi2_equations), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      real(wp), intent(in) :: u(:)
+      real(wp), intent(inout) :: change(:)
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      integer :: ierr
+      if (status%failed() .or. size(change) == 0) return
+      self%z_tilde = self%y1 + self%b*u
+      call sys%velocity_constraint(self%t1, self%z_tilde, self%z1, change, ierr)
+      count%constraints = count%constraints + 1
+      call check_callback('velocity_constraint', ierr, self%t1, status)
+      if (.not. status%failed()) call check_finite('velocity_constraint', change, self%t1, status)
+      change = change/self%c - self%rk
+   end subroutine equations_change_of_nonholonomic
 
    !> How many unknowns there are
    pure integer function equations_unknowns(self)

@@ -9,7 +9,7 @@ module dynstep_soi2_iteration
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
-   use dynstep_soi2_equations, only: soi2_equations
+   use dynstep_soi2_equations, only: soi2_equations, variant_reduced
    use dynstep_soi2_jacobian, only: most_unknowns, soi2_jacobian
    use dynstep_soi2_matrices, only: soi2_matrices
    use dynstep_status, only: dynstep_not_converged, status_type
@@ -33,12 +33,16 @@ module dynstep_soi2_iteration
       procedure :: solve => iteration_solve
    end type soi2_iteration
 
-   !> Corrections below this part of y and z are rounding errors
-   real(wp), parameter :: finest = 64.0_wp*epsilon(1.0_wp)
+   !> What is left may be this part of y and z: of new matrices, whose contraction gets better with each correction,
+   !> and of old ones, whose contraction stays as it is.  Both leave |g| <= 10 eps |y| and |g'| <= 20 eps |z| on
+   !> pendulum, slider-crank and chain for h = 1e-2 to 1e-5.
+   real(wp), parameter :: finest_of_new = 256.0_wp*epsilon(1.0_wp)
+   real(wp), parameter :: finest_of_old = 16.0_wp*epsilon(1.0_wp)
 
-   !> Corrections below this one that no longer shrink are the rounding errors of the forces: a spring of
-   !> 3e8 N/m on the pendulum (16) leaves 1e-11
-   real(wp), parameter :: stagnated_below = 1.0e-7_wp
+   !> Corrections below this one that no longer shrink, with the block matrices and with the whole Jacobian, are the
+   !> rounding errors of the forces: a spring of 3e8 N/m on the pendulum (16) leaves 1e-11
+   real(wp), parameter :: stagnated_below = 1.0e-10_wp
+   real(wp), parameter :: stagnated_for_good = 1.0e-7_wp
 
    !> A contraction worse than this asks for better matrices
    real(wp), parameter :: poor = 0.3_wp
@@ -80,16 +84,17 @@ contains
       call eqs%pack_unknowns(self%predictor)
       call choose_matrices(self, eqs)
       is_old = self%matrices%is_made
-      is_whole = .false.
+      is_whole = must_be_whole(eqs)
       is_measured = .false.
       previous = 0.0_wp
       do iteration = 1, self%limit
          call eqs%evaluate(sys, count, status)
          call correct(self, sys, eqs, is_whole, length, count, status)
          if (status%failed()) exit
-         call judge(self, length, previous, eqs%moved, is_measured, is_done)
+         call judge(self, length, previous, eqs%moved, is_measured, is_old, &
+            & is_whole .or. eqs%unknowns() > most_unknowns, is_done)
          if (is_done) exit
-         if (ieee_is_finite(length) .and. .not. (is_measured .and. self%rate > poor .and. length > stagnated_below)) then
+         if (ieee_is_finite(length) .and. .not. (is_measured .and. self%rate > poor)) then
             previous = length
             is_measured = .true.
             cycle
@@ -104,6 +109,12 @@ contains
       if (status%failed()) self%matrices%is_made = .false.
       call remember(self, iteration, is_old, is_whole)
    end subroutine iteration_solve
+
+   !> In the reduced variant psi belongs to both systems of the block correction, which then does not contract
+   pure logical function must_be_whole(eqs)
+      type(soi2_equations), intent(in) :: eqs
+      must_be_whole = eqs%variant == variant_reduced .and. eqs%has_differences .and. size(eqs%psi) > 0
+   end function must_be_whole
 
    !> May the matrices of an earlier step serve once more?
    pure subroutine choose_matrices(self, eqs)
@@ -136,35 +147,39 @@ contains
          call self%jacobian%correct(sys, eqs, self%matrices%regularization, length, count, status)
       else
          if (.not. self%matrices%is_made) call self%matrices%renew(sys, eqs, count, status)
-         if (.not. status%failed()) call self%matrices%correct(eqs, length, count)
+         if (.not. status%failed()) call self%matrices%correct(sys, eqs, length, count, status)
       end if
       count%newton_iterations = count%newton_iterations + 1
    end subroutine correct
 
    !> Is the iteration at its end?
-   pure subroutine judge(self, length, previous, moved, is_measured, is_done)
+   pure subroutine judge(self, length, previous, moved, is_measured, is_old, is_best, is_done)
       class(soi2_iteration), intent(inout) :: self
       real(wp), intent(in) :: length, previous
       real(wp), intent(in) :: moved                      !! correction as a part of y
       logical, intent(in) :: is_measured                 !! `previous` was with the same matrices
+      logical, intent(in) :: is_old                      !! those of an earlier step
+      logical, intent(in) :: is_best                     !! there are no better ones
       logical, intent(out) :: is_done
       real(wp) :: goal
       is_done = .false.
       if (.not. ieee_is_finite(length)) return
-      goal = max(self%tolerance, finest)
+      goal = max(self%tolerance, merge(finest_of_old, finest_of_new, is_old))
       if (is_measured) self%rate = length/previous
       is_done = self%matrices%is_exact .or. length <= goal
       if (is_done) return
       if (is_measured) is_done = (self%rate < 0.5_wp .and. self%rate*length <= goal) .or. &
-         & (self%rate >= 0.5_wp .and. length <= stagnated_below) .or. (self%rate > poor .and. moved <= finest)
+         & (self%rate >= 0.5_wp .and. length <= merge(stagnated_for_good, stagnated_below, is_best)) .or. &
+         & (self%rate > poor .and. moved <= finest_of_old)
    end subroutine judge
 
-   !> Better matrices, and back to the predictor
+   !> Better matrices, and back to the predictor where the corrections grew
    recursive subroutine improve(self, eqs, is_old, is_whole, status)
       class(soi2_iteration), intent(inout) :: self
       type(soi2_equations), intent(inout) :: eqs
       logical, intent(inout) :: is_old, is_whole
       type(status_type), intent(inout) :: status
+      if (.not. self%rate < 1.0_wp) call eqs%unpack_unknowns(self%predictor)
       self%rate = 1.0_wp
       self%matrices%is_made = .false.
       self%matrices%knows_tangents = .false.
@@ -176,7 +191,6 @@ contains
          call status%set(dynstep_not_converged, 'the Newton iteration does not contract in the step from t = ' &
             & //text(eqs%t0)//' of length '//text(eqs%h)//'; reduce h', retry=.true.)
       end if
-      call eqs%unpack_unknowns(self%predictor)
    end subroutine improve
 
    !> Old matrices that cost a third correction are not tried again for a while, twice as long each time

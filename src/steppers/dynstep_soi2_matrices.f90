@@ -1,14 +1,17 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The two block matrices of a step of generalized-alpha-SOI2, and one correction with them.
 !>
-!> With the unknowns of DYNSTEP_SOI2_EQUATIONS, c_m = 1 - alpha_m and c_f = 1 - alpha_f, a correction solves
+!> With the unknowns of DYNSTEP_SOI2_EQUATIONS, c_m = 1 - alpha_m, c_f = 1 - alpha_f, and the tangents Kq, Cv of the
+!> forces, the sum of R and D is an equation for u = da + ddelta, the change of y1 / b, and D one for ddelta:
 !>
-!>   [M1, G^T, K^T; G, 0, 0; K, 0, 0] (ddelta, c dmu, c dnu)  = -(D/c_m, g/b - g'/c, (k~ - k)/c)
-!>   [S,  G^T, K^T; G, 0, 0; K, 0, 0] (da, c dlambda, c dpsi) = -((R + c_f b Kq ddelta)/c_m, g'/c, k/c)
+!>   [S,  G^T, K^T; G, 0, 0; K, 0, 0] (u, ...)      = -((R + D - c_f c Cv ddelta)/c_m, g/b, k~/c)
+!>   [M1, G^T, K^T; G, 0, 0; K, 0, 0] (ddelta, ...) = -(D/c_m, g/b - g'/c - (b/c) Y u, (k~ - k(y1 + b u))/c)
 !>
-!> with c = c_f/c_m on the multipliers, S = M1 + c (b Kq + c Cv), and the tangents Kq, Cv of the forces (-G^T and
-!> -K^T are dr/dlambda and dr/dpsi of a general reaction).  What is neglected is O(h) for any stiffness of the
-!> forces.  Where the forces are not stiff S is M1, and one factorization serves both.
+!> with S = M1 + (c_f/c_m) (b Kq + c Cv) and Y = d(G z)/dy, and multipliers times c_f/c_m (lambda + mu and psi + nu in the
+!> first, mu and nu in the second system).  Second derivatives commute: Y is the derivative of G along the motion, which
+!> (G1 - G0)/h gives with an error of O(h).  What is left out is O(h^2) for any stiffness of the forces: the change of
+!> G^T lambda with y1, unless the system has a `reaction_tangent`.  Where the forces are not stiff S is replaced by M1, and
+!> one factorization serves both.  Without differences (no g, or index 3) a correction is one solve with S.
 module dynstep_soi2_matrices
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: check_callback
@@ -16,7 +19,7 @@ module dynstep_soi2_matrices
    use dynstep_matrix, only: kind_banded, kind_diagonal, kind_zero, matrix_type
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_saddle_point, only: saddle_point_type
-   use dynstep_soi2_equations, only: soi2_equations, variant_reduced
+   use dynstep_soi2_equations, only: soi2_equations
    use dynstep_status, only: status_type
    use dynstep_stepper, only: step_counters
    implicit none
@@ -31,11 +34,11 @@ module dynstep_soi2_matrices
       real(wp) :: regularization = 0.0_wp                !! of redundant constraints, see dynstep_consistent_start
       real(wp) :: made_b = 0.0_wp, made_c = 0.0_wp       !! b and c of the factors
       logical :: is_stiff = .false.                      !! Kq and Cv take part in S
-      logical, private :: two = .false.                  ! S has factors of its own
       logical, private :: tangents_are_given = .false.   ! by the user, so that they cost little
       type(matrix_type), private :: k, c, s
       type(saddle_point_type), allocatable, private :: saddle_m, saddle_s
       real(wp), allocatable, private :: zero(:), k_rows(:), c_rows(:), x(:), ddelta(:), l(:), q(:)
+      real(wp), allocatable, private :: dmu(:), dnu(:)
    contains
       procedure :: init => matrices_init
       procedure :: forget => matrices_forget
@@ -57,7 +60,7 @@ contains
 
       if (status%failed()) return
       if (allocated(self%saddle_m)) deallocate (self%saddle_m, self%saddle_s, self%zero, self%k_rows, self%c_rows, &
-         & self%x, self%ddelta, self%l, self%q)
+         & self%x, self%ddelta, self%l, self%q, self%dmu, self%dnu)
       allocate (self%saddle_m, self%saddle_s)
       associate (s => sys%structure, n => sys%n, m => sys%holonomic, p => sys%nonholonomic, con => sys%constraints)
          call self%k%init(s%tangent, n, s%kl, s%ku, s%tangent_is_symmetric, status)
@@ -72,7 +75,7 @@ contains
             & con%reaction_is_general, con%order, status)
          if (status%failed()) return
          allocate (self%zero(n), self%k_rows(n), self%c_rows(n), self%x(n), self%ddelta(n), self%l(m), self%q(p), &
-            & source=0.0_wp)
+            & self%dmu(m), self%dnu(p), source=0.0_wp)
       end associate
       call self%forget()
    end subroutine matrices_init
@@ -99,19 +102,15 @@ contains
       if (status%failed()) return
       self%is_stiff = self%is_exact
       if (.not. self%is_exact) self%is_stiff = stiffness_ratio(self, eqs) > stiff_above
-      self%two = self%is_stiff .or. (eqs%variant == variant_reduced .and. min(size(self%l), size(self%q)) > 0)
-      if (eqs%has_differences .or. .not. self%two) call factorize(self, sys, eqs, eqs%m1, self%saddle_m, &
-         & eqs%variant == variant_reduced .and. self%two, count, status)
-      if (self%two .and. .not. status%failed()) then
+      if (eqs%has_differences .or. .not. self%is_stiff) call factorize(self, sys, eqs, eqs%m1, self%saddle_m, count, status)
+      if (self%is_stiff .and. .not. status%failed()) then
          associate (ratio => multiplier_scale(eqs))
             call self%s%set_zero()
             call eqs%m1%add_to(1.0_wp, self%s)
-            if (self%is_stiff) then
-               call self%k%add_to(ratio*eqs%b, self%s)
-               call self%c%add_to(ratio*eqs%c, self%s)
-            end if
+            call self%k%add_to(ratio*eqs%b, self%s)
+            call self%c%add_to(ratio*eqs%c, self%s)
          end associate
-         call factorize(self, sys, eqs, self%s, self%saddle_s, .false., count, status)
+         call factorize(self, sys, eqs, self%s, self%saddle_s, count, status)
       end if
       status%retry = status%failed()
       self%is_made = .not. status%failed()
@@ -125,24 +124,22 @@ contains
       multiplier_scale = (1.0_wp - eqs%coefficients%alpha_f)/(1.0_wp - eqs%coefficients%alpha_m)
    end function multiplier_scale
 
-   recursive subroutine factorize(self, sys, eqs, block, saddle, hold_psi, count, status)
+   recursive subroutine factorize(self, sys, eqs, block, saddle, count, status)
       class(soi2_matrices), intent(in) :: self
       class(mechanical_system), intent(in) :: sys
       type(soi2_equations), intent(in) :: eqs
       type(matrix_type), intent(in) :: block
       type(saddle_point_type), intent(inout) :: saddle
-      logical, intent(in) :: hold_psi
       type(step_counters), intent(inout) :: count
       type(status_type), intent(inout) :: status
       character(len=*), parameter :: name = 'matrix of Newton''s iteration'
       count%factorizations = count%factorizations + 1
       associate (motion => eqs%motion)
          if (sys%constraints%reaction_is_general) then
-            call saddle%factorize(block, motion%gq, motion%kv, status, eqs%t1, name, motion%rl, motion%rp, hold_psi, &
-               & self%regularization)
-         else
-            call saddle%factorize(block, motion%gq, motion%kv, status, eqs%t1, name, hold_psi=hold_psi, &
+            call saddle%factorize(block, motion%gq, motion%kv, status, eqs%t1, name, motion%rl, motion%rp, &
                & regularization=self%regularization)
+         else
+            call saddle%factorize(block, motion%gq, motion%kv, status, eqs%t1, name, regularization=self%regularization)
          end if
       end associate
    end subroutine factorize
@@ -202,42 +199,91 @@ contains
    end function stiffness_ratio
 
    !> One correction of all unknowns
-   recursive subroutine matrices_correct(self, eqs, length, count)
+   recursive subroutine matrices_correct(self, sys, eqs, length, count, status)
       class(soi2_matrices), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
       type(soi2_equations), intent(inout) :: eqs
-      real(wp), intent(out) :: length           !! of the correction, as a part of y and z
+      real(wp), intent(out) :: length           !! of the correction, as a part of y, z and multipliers
       type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
       real(wp) :: c_m, scale
 
-      self%ddelta = 0.0_wp
+      length = huge(length)
       c_m = 1.0_wp - eqs%coefficients%alpha_m
       scale = 1.0_wp/multiplier_scale(eqs)
       if (eqs%has_differences) then
-         self%ddelta = -eqs%d/c_m
-         self%l = -eqs%dl
-         self%q = -eqs%dk
-         call self%saddle_m%solve(self%ddelta, self%l, self%q)
-         count%solves = count%solves + 1
+         call correct_sum(self, eqs, c_m, count)
+         call correct_differences(self, sys, eqs, c_m, count, status)
+         if (status%failed()) return
          eqs%delta = eqs%delta + self%ddelta
-         eqs%mu = eqs%mu + scale*self%l
-         if (eqs%variant /= variant_reduced) eqs%nu = eqs%nu + scale*self%q
-         if (self%is_stiff) call self%k%multiply_add((1.0_wp - eqs%coefficients%alpha_f)*eqs%b, self%ddelta, eqs%r)
-      end if
-      self%x = -eqs%r/c_m
-      self%l = -eqs%rl
-      self%q = -eqs%rk
-      if (self%two) then
-         call self%saddle_s%solve(self%x, self%l, self%q)
+         eqs%mu = eqs%mu + scale*self%dmu
+         eqs%nu = eqs%nu + scale*self%dnu
+         self%x = self%x - self%ddelta
+         self%l = self%l - self%dmu
+         self%q = self%q - self%dnu
       else
-         call self%saddle_m%solve(self%x, self%l, self%q)
+         self%x = -eqs%r/c_m
+         self%l = -eqs%rl
+         self%q = -eqs%rk
+         call solve_with_s(self, count)
       end if
-      count%solves = count%solves + 1
       eqs%a = eqs%a + self%x
       eqs%lambda = eqs%lambda + scale*self%l
       eqs%psi = eqs%psi + scale*self%q
       length = correction_length(eqs, self%x, self%ddelta, scale*self%l, scale*self%q)
       eqs%moved = position_part(eqs, self%x, self%ddelta)
    end subroutine matrices_correct
+
+   !> u and the changes of lambda + mu, psi + nu.  Strong damping acts on da = u - ddelta, for which a first ddelta is
+   !> good enough.
+   recursive subroutine correct_sum(self, eqs, c_m, count)
+      class(soi2_matrices), intent(inout) :: self
+      type(soi2_equations), intent(inout) :: eqs
+      real(wp), intent(in) :: c_m
+      type(step_counters), intent(inout) :: count
+      self%x = eqs%r + eqs%d
+      if (self%is_stiff .and. self%c%kind /= kind_zero) then
+         self%ddelta = -eqs%d/c_m
+         self%dmu = -eqs%dl
+         self%dnu = -eqs%dk
+         call self%saddle_m%solve(self%ddelta, self%dmu, self%dnu)
+         count%solves = count%solves + 1
+         call self%c%multiply_add(-(1.0_wp - eqs%coefficients%alpha_f)*eqs%c, self%ddelta, self%x)
+      end if
+      self%x = -self%x/c_m
+      self%l = -(eqs%rl + eqs%dl)
+      self%q = -(eqs%rk + eqs%dk)
+      call solve_with_s(self, count)
+   end subroutine correct_sum
+
+   !> ddelta, dmu, dnu, with what the change b u of y1 does to g' and k
+   recursive subroutine correct_differences(self, sys, eqs, c_m, count, status)
+      class(soi2_matrices), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      type(soi2_equations), intent(inout) :: eqs
+      real(wp), intent(in) :: c_m
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      self%ddelta = -eqs%d/c_m
+      call eqs%change_of_velocity_residual(self%x, self%dmu)
+      self%dmu = self%dmu - eqs%dl
+      call eqs%change_of_nonholonomic(sys, self%x, self%dnu, count, status)
+      if (status%failed()) return
+      self%dnu = self%dnu - eqs%dk
+      call self%saddle_m%solve(self%ddelta, self%dmu, self%dnu)
+      count%solves = count%solves + 1
+   end subroutine correct_differences
+
+   pure subroutine solve_with_s(self, count)
+      class(soi2_matrices), intent(inout) :: self
+      type(step_counters), intent(inout) :: count
+      if (self%is_stiff) then
+         call self%saddle_s%solve(self%x, self%l, self%q)
+      else
+         call self%saddle_m%solve(self%x, self%l, self%q)
+      end if
+      count%solves = count%solves + 1
+   end subroutine solve_with_s
 
    !> The correction as a part of y1, z1 and the multipliers, each by its largest component; not finite where one
    !> of them is not.  Rounding errors of z1 are c a, and those of a are those of multipliers: as a part of the
