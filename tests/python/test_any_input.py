@@ -2,6 +2,7 @@
 """Properties that hold for any input."""
 import numpy as np
 import pytest
+from problems import ROD_START, rod
 
 import dynstep
 from dynstep import LinearSystem, banded, solve
@@ -48,6 +49,45 @@ def test_sparse_and_dense_agree(n, density, seed, symmetric):
     b = solve(other, (0, 1), q0, 0*q0, h=0.1)
     assert a.success and np.abs(a.q - b.q).max() < 1e-12
     assert dense.has_energy == other.has_energy == (symmetric or np.array_equal(k, k.T))
+
+
+@QUICK
+@given(n=st.integers(2, 8), share=st.floats(0, 0.9), density=st.floats(0, 0.6), seed=st.integers(0, 10**6))
+def test_constraints_with_any_pattern(n, share, density, seed):
+    """A q = b t, in all forms in which A can be given."""
+    rng = np.random.default_rng(seed)
+    m = max(1, int(share*n))
+    a = np.where(rng.random((m, n)) < density, rng.uniform(-1, 1, (m, n)), 0.0)
+    a[np.arange(m), np.arange(m)] = 3.0
+    b = rng.uniform(-1, 1, m)
+    k = rng.uniform(0, 2, n)
+    places = np.nonzero(a)
+    pattern = np.concatenate([[0], np.cumsum(np.count_nonzero(a, axis=1))]), places[1]
+    forms = [{}, {"constraint_jacobian": lambda t, q: (a, -b)},
+             {"constraint_jacobian": lambda t, q: (a, -b), "constraint_pattern": pattern},
+             {"constraint_jacobian": lambda t, q: (a[places], -b), "constraint_pattern": a}]
+    null = np.linalg.svd(a)[2][m:]                   # motions that are free
+    q0 = null.T @ rng.uniform(-1, 1, n - m)
+    v0 = np.linalg.lstsq(a, b, rcond=None)[0] + null.T @ rng.uniform(-1, 1, n - m)
+    runs = [solve(dynstep.MechanicalSystem(n, lambda t, q, v: -k*q, constraint=lambda t, q: a @ q - b*t,
+                                           tangent_kind="diagonal", velocity_free=True, **form), (0, 1), q0, v0, h=0.1)
+            for form in forms]
+    for s in runs:
+        assert s.success and s.lam.shape == (m, 11), s.message
+        assert max(x.max() for x in s.constraint_drift) < 1e-12
+        assert np.abs(s.q - runs[0].q).max() < 1e-9 and np.abs(s.lam - runs[0].lam).max() < 1e-6
+
+
+@QUICK
+@given(steps=st.lists(st.floats(0.001, 0.05), min_size=1, max_size=30), rho=st.floats(0, 1), backward=st.booleans(),
+       variant=st.sampled_from(["soi2", "reduced"]))
+def test_constraints_hold_with_any_steps(steps, rho, backward, variant):
+    integrator = dynstep.Integrator(rod(), dynstep.SOI2(rho, variant=variant))
+    integrator.start(0.0, *ROD_START)
+    for h in steps:
+        integrator.step(-h if backward else h)
+        q, v = integrator.q, integrator.v
+        assert abs(q @ q - 1) < 1e-13 and abs(2*(q @ v)) < 1e-12 and np.isfinite(integrator.lam).all()
 
 
 @QUICK

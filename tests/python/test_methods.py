@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 
 import dynstep
-from dynstep import Midpoint, MidpointExtrapolation, Newmark, NewmarkExtrapolation, Newton
+from dynstep import HHT, SOI2, GeneralizedAlpha, Midpoint, MidpointExtrapolation, Newmark, NewmarkExtrapolation, Newton
 
 OBJECTS = [Newmark(), Newmark(0.0), Newmark(0.3, 0.6), Newmark(newton=Newton(limit=7)), Midpoint(),
            NewmarkExtrapolation(), NewmarkExtrapolation(2, "romberg", 1/6), NewmarkExtrapolation(3, (1, 2, 5)),
-           NewmarkExtrapolation(base=Newmark(1/12)), MidpointExtrapolation(5, "double-harmonic")]
+           NewmarkExtrapolation(base=Newmark(1/12)), MidpointExtrapolation(5, "double-harmonic"), GeneralizedAlpha(),
+           GeneralizedAlpha(0.5, mass_at="recomputed"), GeneralizedAlpha(alpha_m=0.1, alpha_f=0.3), SOI2(), SOI2(0.2),
+           SOI2(alpha_m=0.0, alpha_f=0.2, beta=0.4, gamma=0.7), SOI2(variant="reduced"), SOI2(start="refuse"), HHT(),
+           HHT(-0.3, variant="index-3"), HHT(0.0), HHT(-1/3), SOI2(adjust_momentum=False, second_order_start=False),
+           SOI2(newton=Newton(limit=9))]
 
 
 @pytest.mark.parametrize("method", OBJECTS, ids=repr)
@@ -32,6 +36,19 @@ def test_equal_is_what_does_the_same():
     assert NewmarkExtrapolation(np.int64(4)) == NewmarkExtrapolation() != NewmarkExtrapolation(levels=5)
     assert repr(NewmarkExtrapolation()) == "NewmarkExtrapolation(levels=4, sequence='harmonic', beta=0.25)"
     assert len({Newmark(), Newmark(0.25, 0.5), Midpoint()}) == 2
+    assert repr(SOI2()) == "SOI2(rho_inf=0.8)" and repr(HHT(variant="index-3")) == "HHT(alpha=-0.1, variant='index-3')"
+    assert SOI2() == SOI2(0.8) == SOI2(start="project") != SOI2(start="keep") and SOI2() != GeneralizedAlpha()
+    assert HHT(-0.2) == SOI2(alpha_m=0.0, alpha_f=0.2) and SOI2(0.5) == SOI2(alpha_m=0.0, alpha_f=1/3)
+
+
+def test_coefficients():
+    """Chung and Hulbert's, Jay and Negrut 2008, section 3."""
+    assert SOI2(0.2).coefficients == pytest.approx((-1/2, 1/6, 25/36, 7/6))
+    assert GeneralizedAlpha(1).coefficients == pytest.approx((1/2, 1/2, 1/4, 1/2))
+    assert SOI2(0.8).coefficients == pytest.approx((1/3, 4/9, 25/81, 11/18))
+    assert HHT(-0.1).coefficients == pytest.approx((0, 0.1, 1.21/4, 0.6))
+    assert GeneralizedAlpha(alpha_m=-0.5, alpha_f=1/6).coefficients == pytest.approx((-1/2, 1/6, 25/36, 7/6))
+    assert GeneralizedAlpha(alpha_m=0, alpha_f=0, beta=1/6, gamma=1/2).coefficients == (0, 0, 1/6, 1/2)
 
 
 def test_facts():
@@ -82,13 +99,31 @@ def test_table_of_methods():
     (lambda: NewmarkExtrapolation(beta=-1), ValueError, "beta"),
     (lambda: NewmarkExtrapolation(gamma=0.6), TypeError, "gamma"),
     (lambda: MidpointExtrapolation(99), ValueError, "levels"),
+    (lambda: SOI2(1.1), ValueError, "rho_inf"),
+    (lambda: SOI2(-0.1), ValueError, "rho_inf"),
+    (lambda: GeneralizedAlpha("0.8"), TypeError, "rho_inf"),
+    (lambda: SOI2(0.8, 0.1), ValueError, "leave out alpha_m"),
+    (lambda: SOI2(alpha_m=0.0), ValueError, "alpha_f is missing"),
+    (lambda: SOI2(gamma=0.5, alpha_f=0.1), ValueError, "alpha_m is missing"),
+    (lambda: SOI2(alpha_m=1.0, alpha_f=0.1), ValueError, "alpha_m"),
+    (lambda: SOI2(alpha_m=np.nan, alpha_f=0.1), ValueError, "alpha_m"),
+    (lambda: GeneralizedAlpha(alpha_m=0.0, alpha_f=1.0), ValueError, "alpha_f"),
+    (lambda: SOI2(alpha_m=0.0, alpha_f=0.0, beta=-0.1), ValueError, "beta"),
+    (lambda: SOI2(variant="soi3"), ValueError, "variant must be one of 'soi2', 'reduced', 'index-3'"),
+    (lambda: HHT(start="go"), ValueError, "start must be one of 'project'"),
+    (lambda: HHT(mass_at=1), ValueError, "mass_at"),
+    (lambda: SOI2(adjust_acceleration=1), TypeError, "adjust_acceleration"),
+    (lambda: SOI2(newton=25), TypeError, "newton"),
+    (lambda: GeneralizedAlpha(start="keep"), TypeError, "start"),
+    (lambda: HHT(0.1), ValueError, "alpha = 0.1 must be"),
+    (lambda: HHT(-0.5), ValueError, "alpha = -0.5 must be"),
 ])
 def test_options_out_of_range(make, error, words):
     with pytest.raises(error, match=words):
         make()
 
 
-@pytest.mark.parametrize("method, error", [("runge-kutta", ValueError), (4, TypeError), (None, TypeError),
+@pytest.mark.parametrize("method, error", [("runge-kutta", ValueError), (4, TypeError), (b"soi2", TypeError),
                                            (Newmark, TypeError)])
 def test_wrong_methods(method, error):
     with pytest.raises(error, match="method must be"):

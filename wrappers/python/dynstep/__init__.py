@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Time integrators for mechanical systems, M(t,q,v) q'' = f(t,q,v).
+"""Time integrators for mechanical systems, M(t,q,v) q'' = f(t,q,v), free or constrained.
 
     >>> import dynstep
     >>> system = dynstep.LinearSystem(M=2.0, K=8.0)
@@ -7,14 +7,15 @@
     >>> solution.plot()
 
 Systems: `LinearSystem`, `MechanicalSystem`.  Methods: `Newmark`, `Midpoint`, `NewmarkExtrapolation`,
-`MidpointExtrapolation`; `methods()` shows their facts.  `solve` integrates over an interval, `Integrator` makes
-one step at a time.
+`MidpointExtrapolation`, `GeneralizedAlpha`, and for constraints `SOI2`, `HHT`; `methods()` shows their facts.
+`solve` integrates over an interval, `Integrator` makes one step at a time.
 """
 
 from ._at2 import read_at2
 from ._check import CheckReport, check_system
 from ._compiled import compiled, signature
 from ._core import dynstep_version as _version
+from ._drift import ConstraintDrift, StartCorrected, StartCorrection
 from ._functions import OutOfDomain
 from ._integrator import IntegrationError, Integrator
 from ._linear import LinearSystem
@@ -22,13 +23,15 @@ from ._loads import LoadTable, ground_motion
 from ._matrices import Banded, banded
 from ._mechanical import MechanicalSystem
 from ._methods import (
-    MethodProperties, Midpoint, MidpointExtrapolation, Newmark, NewmarkExtrapolation, Newton, methods)
+    HHT, SOI2, GeneralizedAlpha, MethodProperties, Midpoint, MidpointExtrapolation, Newmark, NewmarkExtrapolation,
+    Newton, methods)
 from ._solution import Solution
 from ._solve import solve
 
 __version__ = ".".join(str(_version()//k % 100) for k in (10000, 100, 1))
 
 __all__ = [
-    "Banded", "CheckReport", "IntegrationError", "Integrator", "LinearSystem", "LoadTable", "MechanicalSystem",
-    "MethodProperties", "Midpoint", "MidpointExtrapolation", "Newmark", "NewmarkExtrapolation", "Newton", "OutOfDomain",
-    "Solution", "banded", "check_system", "compiled", "ground_motion", "methods", "read_at2", "signature", "solve"]
+    "Banded", "CheckReport", "ConstraintDrift", "GeneralizedAlpha", "HHT", "IntegrationError", "Integrator",
+    "LinearSystem", "LoadTable", "MechanicalSystem", "MethodProperties", "Midpoint", "MidpointExtrapolation", "Newmark",
+    "NewmarkExtrapolation", "Newton", "OutOfDomain", "SOI2", "Solution", "StartCorrected", "StartCorrection", "banded",
+    "check_system", "compiled", "ground_motion", "methods", "read_at2", "signature", "solve"]

@@ -20,7 +20,7 @@ class CheckReport:
 
 
 def check_system(system, t, q, v):
-    """Compare tangents and declared structure of a system with differences of its functions.
+    """Compare tangents, Jacobians and declared structure of a system with differences of its functions.
 
     Parameters
     ----------
@@ -44,9 +44,11 @@ def check_system(system, t, q, v):
     q, v = vector("q", q, system.n), vector("v", v, system.n)
     if system.ordering is not None:
         q, v = q[system.ordering], v[system.ordering]
+    t = number("t", t)
     handle = Handle(system.n)
     system._install(handle)
-    code, report = handle.call(_core.dynstep_check, number("t", t), q, v, refuse=False)
+    system._install_constraints(handle, t, q, v)
+    code, report = handle.call(_core.dynstep_check, t, q, v, refuse=False)
     text = report.decode(errors="replace").strip()
     if code == INVALID_INPUT and not text:
         raise ValueError(handle.sentence)

@@ -10,6 +10,8 @@ import numpy as np
 from ._arguments import choice
 
 _POINT = "int n, double t, const double *q, const double *v"
+_REACTION = ("int n, int m, int p, double t, const double *q, const double *v, const double *lambda, "
+             "const double *psi")
 
 #: parameters of the user functions of dynstep.h; all return int
 PARAMETERS = {
@@ -19,6 +21,15 @@ PARAMETERS = {
     "energy": _POINT + ", double *energy, void *ctx",
     "load": "int n, double t, double *p, void *ctx",
     "observer": _POINT + ", const double *a, void *ctx",
+    "constraint": "int n, int m, double t, const double *q, double *g, void *ctx",
+    "constraint_jacobian": "int n, int m, double t, const double *q, double *gq, double *gt, void *ctx",
+    "constraint_curvature": _POINT.replace("int n", "int n, int m") + ", double *c, void *ctx",
+    "velocity_constraint": _POINT.replace("int n", "int n, int p") + ", double *k, void *ctx",
+    "velocity_jacobian": _POINT.replace("int n", "int n, int p") + ", double *kv, void *ctx",
+    "velocity_curvature": _POINT.replace("int n", "int n, int p") + ", double *c, void *ctx",
+    "reaction": _REACTION + ", double *r, void *ctx",
+    "reaction_jacobian": _REACTION + ", double *rl, double *rp, void *ctx",
+    "reaction_tangent": _REACTION + ", double *k, double *c, void *ctx",
 }
 
 _FunctionPointer = ctypes.CFUNCTYPE(None).__bases__[0]
@@ -44,9 +55,11 @@ def signature(function="force", form="numba"):
 
     Parameters
     ----------
-    function : {"force", "mass", "tangent", "energy", "load", "observer"}
-        Arrays are those of `dynstep.h`: vectors have n entries, matrices are stored by
-        columns (LAPACK band storage where they are declared banded), zero on entry.  All return
+    function : {"force", "mass", "tangent", "energy", "load", "observer", "constraint", ...}
+        Or another function of :class:`MechanicalSystem`, by the name of its argument.  Arrays are those of
+        `dynstep.h`: vectors have n entries, matrices are stored by columns (LAPACK band storage where they are
+        declared banded), zero on entry.  Jacobians of constraints are stored by rows: G[i, j] is ``gq[j + i*n]``, or
+        the values in the order of the pattern where one is declared; dr/dlambda[i, j] is ``rl[i + j*n]``.  All return
         0, or > 0 for "outside the domain, a smaller step may help", or < 0 for "give up"; an
         observer returns 1 to stop.
     form : {"numba", "ctypes", "c"}

@@ -11,7 +11,7 @@ from . import _core
 from ._compiled import PARAMETERS, recognise
 
 _THUNKS = {kind: _core.python_function(i) for i, kind in enumerate(PARAMETERS)}
-_REORDERED = {"load": _core.python_function(6), "observer": _core.python_function(7)}
+_REORDERED = {"load": _core.python_function(100), "observer": _core.python_function(101)}
 _VECTORS = {"load": 1, "observer": 3}           # vectors of workspace that reordering takes
 _MOST_ARGS = 32
 
@@ -40,16 +40,18 @@ class UserFunction:
     def is_python(self):
         return self.compiled is None
 
-    def bind(self, failure, rows=0, order=None):
+    def bind(self, failure, rows=0, order=None, pattern=None, read=None):
         """(address, context, what must be kept) for one handle.
 
         failure   list of one place, for an exception
         rows      of the matrices that it returns: 0 diagonal, else a 2-D array [rows, n]
         order     None, or place i of the library is place order[i] of the user
+        pattern   None, or (first, column) of the Jacobian that it returns, arrays of int32
+        read      None, or read(sparse, rows, columns) makes an array of a sparse Jacobian
         """
         if self.compiled is None:
             retry = () if self.kind == "observer" else OutOfDomain
-            context = [self.fun, self.args, self.name.encode(), rows, order, retry, failure]
+            context = [self.fun, self.args, self.name.encode(), rows, pattern, read, order, retry, failure]
             return _THUNKS[self.kind], id(context), context
         address, context = self.compiled.address, self.compiled.context
         if order is None:

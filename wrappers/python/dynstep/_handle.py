@@ -26,6 +26,7 @@ class Handle:
         if not self.address:
             raise MemoryError(f"no memory for an integrator of {n} coordinates")
         self.n = n
+        self.m = self.p = 0              # constraints of its system
         self.failure = [None]            # the exception of a user function
         self.sentence = ""               # of the last failure or stop
         self._kept = {}                  # what must live as long as the library has its address
@@ -66,10 +67,11 @@ class Handle:
                     raise _ERRORS[code](self.sentence)
             return result
 
-    def bind(self, setter, function, *arguments, rows=0, order=None):
-        """Give a user function to the library, or take it away where `function` is None."""
-        address, context, kept = (0, 0, None) if function is None else function.bind(self.failure, rows, order)
-        self.call(setter, address, context, *arguments)
+    def bind(self, setter, function, *arguments, before=(), **form):
+        """Give a user function to the library, or take it away where `function` is None; `before` are arguments in
+        front of its address, `form` is that of UserFunction.bind."""
+        address, context, kept = (0, 0, None) if function is None else function.bind(self.failure, **form)
+        self.call(setter, *before, address, context, *arguments)
         self._kept[setter] = kept
 
     def counts(self):

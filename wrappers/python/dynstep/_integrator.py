@@ -5,10 +5,11 @@ import numpy as np
 
 from . import _core
 from ._arguments import integer, number, vector
+from ._drift import start_correction, warn_of_correction
 from ._linear import LinearSystem
 from ._matrices import NOTHING
 from ._mechanical import MechanicalSystem
-from ._methods import as_method
+from ._methods import method_for
 from ._record import NoRecord
 from ._handle import TOO_MANY_STEPS
 from ._run import drive
@@ -29,7 +30,7 @@ class Integrator:
     Parameters
     ----------
     system : LinearSystem or MechanicalSystem
-    method : Method or str
+    method : Method or str, optional
         As for :func:`solve`.
 
     Notes
@@ -46,11 +47,11 @@ class Integrator:
     ...     integrator.step(0.1)
     """
 
-    def __init__(self, system, method="newmark-extrapolation"):
+    def __init__(self, system, method=None):
         if not isinstance(system, (LinearSystem, MechanicalSystem)):
             raise TypeError(f"system must be a LinearSystem or a MechanicalSystem, not {type(system).__name__}")
         self.system = system
-        self.method = as_method(method)
+        self.method = method_for(system, method)
         self._handle = make_handle(system, self.method)
 
     def start(self, t, q, v):
@@ -61,13 +62,20 @@ class Integrator:
         ValueError, TypeError
             An argument, or the system, cannot be.
         IntegrationError
-            The accelerations cannot be computed.
+            The accelerations cannot be computed, or the method refuses a start that is off its constraints.
+
+        Warns
+        -----
+        StartCorrected
+            As :func:`solve` does.
         """
         n = self.system.n
-        self._check(start(self._handle, self.system, number("t", t), vector("q", q, n), vector("v", v, n)))
+        q, v = vector("q", q, n), vector("v", v, n)
+        self._check(start(self._handle, self.system, number("t", t), q, v))
+        warn_of_correction(self.start_correction, q, v, stacklevel=2)
 
     def step(self, h):
-        """Make a step of length h, of either sign.
+        """Make a step of length h, of either sign; it may differ from the one before.
 
         Raises
         ------
@@ -128,6 +136,21 @@ class Integrator:
         return self._get()[3]
 
     @property
+    def lam(self):
+        """Multipliers of g(t,q) = 0, a new array of shape (m,)."""
+        return self._multipliers()[0]
+
+    @property
+    def psi(self):
+        """Multipliers of k(t,q,v) = 0, a new array of shape (p,)."""
+        return self._multipliers()[1]
+
+    @property
+    def start_correction(self):
+        """:class:`StartCorrection` of the last start; None without constraints."""
+        return start_correction(self._handle)
+
+    @property
     def energy(self):
         """Energy of the present state.
 
@@ -174,6 +197,9 @@ class Integrator:
             return t, q, v, a
         place = np.argsort(self.system.ordering)
         return t, q[place], v[place], a[place]
+
+    def _multipliers(self):
+        return self._handle.call(_core.dynstep_get_multipliers, self._handle.m, self._handle.p)[1:]
 
     def _check(self, code):
         if code < 0:

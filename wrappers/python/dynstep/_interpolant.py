@@ -8,11 +8,13 @@ class Interpolant:
     """q, v, a at any time of a run; calls like ``sol(t)``.
 
     Between two steps it is the polynomial of degree 5 through q, v, a at both ends: its error is h^6 in q,
-    h^5 in v, h^4 in a.  A load or force that jumps inside a step spoils that step.
+    h^5 in v, h^4 in a.  A load or force that jumps inside a step spoils that step.  Constraints hold at the steps,
+    between them to these errors.
     """
 
-    def __init__(self, t, q, v, a):
+    def __init__(self, t, q, v, a, lam, psi):
         self._t, self._qva = t, (q.T, v.T, a.T)
+        self._multipliers = lam, psi
         self._sign = -1.0 if t.size > 1 and t[-1] < t[0] else 1.0
 
     @property
@@ -31,13 +33,32 @@ class Interpolant:
         ValueError
             A time outside the run.
         """
+        times = self._times(t)
+        q, v, a = self._at(times)
+        return (q[0], v[0], a[0]) if np.ndim(t) == 0 else (q.T, v.T, a.T)
+
+    def multipliers(self, t):
+        """lam and psi at time t (a number: shapes (m,) and (p,)) or at times t (shapes (m, nt) and (p, nt)): linear
+        between the steps, an error of h^2.
+
+        Raises
+        ------
+        ValueError
+            A time outside the run.
+        """
+        times = self._times(t)
+        order = slice(None, None, int(self._sign))
+        both = tuple(np.array([np.interp(times, self._t[order], x[order]) for x in rows]).reshape(len(rows), times.size)
+                     for rows in self._multipliers)
+        return tuple(x[:, 0] for x in both) if np.ndim(t) == 0 else both
+
+    def _times(self, t):
         times = np.atleast_1d(np.asarray(t, float))
         slack = 4*np.spacing(max(abs(self.t_min), abs(self.t_max)))
         outside = ~((times >= self.t_min - slack) & (times <= self.t_max + slack))
         if outside.any():
             raise ValueError(f"t = {times[outside][0]} lies outside the run, {self.t_min} to {self.t_max}")
-        q, v, a = self._at(times)
-        return (q[0], v[0], a[0]) if np.ndim(t) == 0 else (q.T, v.T, a.T)
+        return times
 
     def _at(self, times):
         q, v, a = self._qva

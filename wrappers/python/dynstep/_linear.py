@@ -59,6 +59,8 @@ class LinearSystem:
     >>> dynstep.solve(system, (0, 10), 1.0, 0.0, h=0.1).q[0, -1]      # cos(2*10)
     """
 
+    is_constrained = False
+
     def __init__(self, M=None, C=None, K=None, load=None, *, user_data=None, args=()):
         self._table = load if isinstance(load, LoadTable) else None
         self.n = _common_order(M=M, C=C, K=K, load=self._table)
@@ -104,6 +106,9 @@ class LinearSystem:
         storage = ", ".join(f"{name} {how}" for name, how in self.storage.items())
         reordered = "" if self.ordering is None else ", reordered"
         return f"<linear system of {self.n} coordinate(s): {storage}{reordered}>"
+
+    def _install_constraints(self, handle, t, q, v):
+        """There are none."""
 
     def _install(self, handle):
         for name, which in _WHICH.items():

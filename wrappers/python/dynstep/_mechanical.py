@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""M(t,q,v) q'' = f(t,q,v) with functions of the user's."""
+"""M(t,q,v) q'' = f(t,q,v) + r with functions of the user's, free or constrained."""
 
 import numpy as np
 
 from . import _core
 from ._arguments import LARGEST_INTEGER, flag, integer
 from ._compiled import recognise, signature
+from ._constraints import NAMES as CONSTRAINT_NAMES
+from ._constraints import Constraints
 from ._functions import functions
 from ._matrices import BANDED, DENSE, DIAGONAL, order_of
 from ._ordering import store_as_given
@@ -14,7 +16,7 @@ _MASS = 1                                       # enum dynstep_matrix
 
 
 class MechanicalSystem:
-    """M(t,q,v) q'' = f(t,q,v).
+    """M(t,q,v) q'' = f(t,q,v), or with constraints g(t,q) = 0, k(t,q,v) = 0 and the reactions that hold them.
 
     Parameters
     ----------
@@ -44,6 +46,38 @@ class MechanicalSystem:
         What compiled functions get as their context; see :func:`compiled`.
     args : tuple
         Further arguments of the Python functions.
+    constraint : callable or compiled function, optional
+        ``constraint(t, q, *args)`` returns g, m numbers that the motion keeps at zero.  Needs one of the methods
+        :class:`SOI2`, :class:`HHT`.
+    constraint_jacobian : callable or compiled function, optional
+        ``constraint_jacobian(t, q, *args)`` returns G = dg/dq, shape (m, n), or, where g depends on t, a tuple
+        ``(G, g_t)`` with g_t = dg/dt, shape (m,).  G is an array or a scipy.sparse matrix; for m = 1 also a vector.
+        Default: differences, of g_t too.
+    constraint_curvature : callable or compiled function, optional
+        ``constraint_curvature(t, q, v, *args)`` returns g'' - G q'', m numbers.  Default: differences.
+    velocity_constraint, velocity_jacobian, velocity_curvature : callable or compiled function, optional
+        The same for nonholonomic constraints: ``(t, q, v, *args)`` to k, p numbers; to K = dk/dv, shape (p, n); and to
+        k' - K q'', p numbers.
+    reaction : callable or compiled function, optional
+        ``reaction(t, q, v, lam, psi, *args)`` returns r, n numbers.  Default: -G^T lam - K^T psi.
+    reaction_jacobian : callable or compiled function, optional
+        ``reaction_jacobian(t, q, v, lam, psi, *args)`` returns ``(dr/dlam, dr/dpsi)``, shapes (n, m) and (n, p), or one
+        of them where the other has no columns.  Default: differences.
+    reaction_tangent : callable or compiled function, optional
+        ``reaction_tangent(t, q, v, lam, psi, *args)`` returns ``(K, C)``, -dr/dq and -dr/dv, as `tangent` does.
+        Only the number of Newton's corrections depends on it.  Default: left out.
+    constraints, velocity_constraints : int, optional
+        m and p.  Default: the number of rows of the patterns, or how many numbers the Python functions return at the
+        start of a run.  Compiled functions need them.
+    constraint_pattern, velocity_pattern : scipy.sparse matrix, (indptr, indices) or array, optional
+        Places of G, and of K, that may differ from zero: those that a sparse matrix stores, or its two arrays of the
+        CSR format, or the nonzero entries of an array.  It must not change during a run; so it is declared, not
+        taken from the first Jacobian.  The library then looks for an order of coordinates and constraints with a
+        narrow band: for chains and trees a step takes a time linear in n.  With a pattern the Jacobian may also
+        return the values alone, a vector in the order of the pattern.
+    equation_order : sequence of int, optional
+        The order of the band, in place of the library's own search: a permutation of 0, ..., n + m + p - 1, where
+        0 ... n - 1 are coordinates, then come `constraint` and `velocity_constraint`.
 
     Notes
     -----
@@ -68,19 +102,33 @@ class MechanicalSystem:
 
     >>> pendulum = dynstep.MechanicalSystem(1, lambda t, q, v: -9.81*np.sin(q), velocity_free=True)
     >>> solution = dynstep.solve(pendulum, (0, 10), 2.0, 0.0, h=0.05)
+
+    The same pendulum, a mass on a rod of length 1:
+
+    >>> pendulum = dynstep.MechanicalSystem(2, lambda t, q, v: [0.0, -9.81], constraint=lambda t, q: q @ q - 1,
+    ...                                     velocity_free=True)
+    >>> solution = dynstep.solve(pendulum, (0, 10), [1.0, 0.0], [0.0, 0.0], h=0.01)
+    >>> tension = 2*solution.lam[0]
     """
 
     ordering = None
 
     def __init__(self, n, force, mass=None, tangent=None, energy=None, *, mass_kind="dense", mass_symmetric=False,
                  mass_constant=False, tangent_kind="dense", tangent_symmetric=False, tangent_constant=False,
-                 linear=False, velocity_free=False, user_data=None, args=()):
+                 linear=False, velocity_free=False, user_data=None, args=(), constraint=None,
+                 constraint_jacobian=None, constraint_curvature=None, velocity_constraint=None,
+                 velocity_jacobian=None, velocity_curvature=None, reaction=None, reaction_jacobian=None,
+                 reaction_tangent=None, constraints=None, velocity_constraints=None, constraint_pattern=None,
+                 velocity_pattern=None, equation_order=None):
+        of_constraints = {name: function for name, function in locals().items() if name in CONSTRAINT_NAMES}
         self.n = integer("n", n, 1, LARGEST_INTEGER//2)
         if force is None:
             raise TypeError("force is None, expected a function")
         mass_is_function = mass is not None and (callable(mass) or recognise("mass", mass, "mass") is not None)
         self._functions = functions({"force": force, "mass": mass if mass_is_function else None, "tangent": tangent,
-                                     "energy": energy}, user_data, args)
+                                     "energy": energy, **of_constraints}, user_data, args)
+        self._constraints = Constraints(self.n, self._functions, constraints, velocity_constraints,
+                                        constraint_pattern, velocity_pattern, equation_order)
         self._mass_structure = (*_kind("mass_kind", mass_kind, self.n), _symmetric("mass", mass_symmetric, mass_kind),
                                 int(flag("mass_constant", mass_constant)))
         self._tangent_structure = (
@@ -139,6 +187,11 @@ class MechanicalSystem:
         given = ", ".join(name for name, f in self._functions.items() if f is not None)
         return f"<mechanical system of {self.n} coordinate(s) with {given}>"
 
+    @property
+    def is_constrained(self):
+        """True where constraints were given."""
+        return bool(self._constraints)
+
     def _install(self, handle):
         f = self._functions
         handle.bind(_core.dynstep_set_force, f["force"])
@@ -152,6 +205,11 @@ class MechanicalSystem:
             handle.bind(_core.dynstep_set_tangent, f["tangent"], rows=_rows(self.n, *self._tangent_structure[:3]))
         if f["energy"] is not None:
             handle.bind(_core.dynstep_set_energy, f["energy"])
+
+    def _install_constraints(self, handle, t, q, v):
+        """At the first start of a handle: only then there is a point where functions can be asked for m and p."""
+        if self._constraints and not handle.m + handle.p:
+            self._constraints.install(handle, self.n, t, q, v, _rows(self.n, *self._tangent_structure[:3]))
 
 
 def _kind(name, kind, n):

@@ -6,14 +6,12 @@ import numpy as np
 from ._arguments import integer
 
 _MOST_LINES = 10
+_FLOOR = 1e-18                   # drawn in place of a residual of zero
 _NAMES = {"q": "displacement q", "v": "velocity v", "a": "acceleration a"}
 
 
 def plot_solution(solution, coordinates, of, ax):
-    try:
-        import matplotlib.pyplot as plt
-    except ImportError:
-        raise ImportError("plot() needs matplotlib: pip install matplotlib, or dynstep[plot]") from None
+    plt = _pyplot("plot()")
     if of not in _NAMES:
         raise ValueError(f"of must be one of 'q', 'v', 'a', not {of!r}")
     x = getattr(solution, of)
@@ -31,3 +29,28 @@ def plot_solution(solution, coordinates, of, ax):
     ax.set_ylabel(_NAMES[of])
     ax.legend()
     return ax
+
+
+def plot_drift(solution, ax):
+    plt = _pyplot("plot_drift()")
+    if ax is None:
+        ax = plt.gca()
+    labels = {"g": "|g|", "gv": "|g'|", "k": "|k|"}
+    for name, present in (("g", solution.lam.size), ("gv", solution.lam.size), ("k", solution.psi.size)):
+        if present:
+            drift = getattr(solution.constraint_drift, name)
+            ax.plot(solution.t, np.maximum(drift, _FLOOR), label=labels[name])
+    ax.set_yscale("log")
+    ax.set_xlabel("time t")
+    ax.set_ylabel("largest residual of the constraints")
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend()
+    return ax
+
+
+def _pyplot(what):
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError:
+        raise ImportError(f"{what} needs matplotlib: pip install matplotlib, or dynstep[plot]") from None
+    return plt

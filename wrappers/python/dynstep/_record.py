@@ -10,16 +10,16 @@ _NOTHING = np.empty(0)
 
 
 class Record:
-    """Points of a run of n coordinates, at most `expected` of them."""
+    """Points of a run of n coordinates with m + p multipliers, at most `expected` of them."""
 
-    def __init__(self, n, expected):
+    def __init__(self, n, expected, m=0, p=0):
         self.count = 0
-        self._n = n
+        self._sizes = n, n, n, m, p
         self._expected = max(1, expected)
-        capacity = min(self._expected, max(2, _FIRST_BLOCK//n))
+        capacity = min(self._expected, max(2, _FIRST_BLOCK//max(n, m, p)))
         try:
             self._t = np.empty(capacity)
-            self._qva = [np.empty((capacity, n)) for _ in range(3)]
+            self._vectors = [np.empty((capacity, size)) for size in self._sizes]
         except (MemoryError, ValueError):
             raise self._no_memory(capacity) from None
 
@@ -27,42 +27,53 @@ class Record:
         """Room for t, q, v, a of the points not yet written, one or more, as vectors."""
         if self.count == self._t.size:
             self._resize(min(2*self.count, max(self._expected, self.count + 2)))
-        return (self._t[self.count:], *(x[self.count:].reshape(-1) for x in self._qva))
+        return (self._t[self.count:], *(x[self.count:].reshape(-1) for x in self._vectors[:3]))
+
+    def add(self, count, read_multipliers):
+        """`count` points were written into the room; read_multipliers(count, m, p) gives theirs."""
+        m, p = self._sizes[3:]
+        if m + p and count:
+            for x, new in zip(self._vectors[3:], read_multipliers(count, m, p)):
+                x[self.count:self.count + count] = new
+        self.count += count
 
     def finish(self, order):
-        """t [nt] and q, v, a [n, nt], in the user's order; the record is used up."""
+        """t [nt], q, v, a [n, nt] in the user's order, lam [m, nt], psi [p, nt]; the record is used up."""
         self._resize(self.count)
         if order is not None:
             place = np.argsort(order)
-            for x in self._qva:
+            for x in self._vectors[:3]:
                 for i in range(0, self.count, 1024):             # no second copy of the whole
                     x[i:i + 1024] = x[i:i + 1024, place]
-        return (self._t, *(x.T for x in self._qva))
+        return (self._t, *(x.T for x in self._vectors))
 
     def _resize(self, capacity):
         # the system moves large blocks without a copy; no view of them is used any more
         try:
             self._t.resize(capacity, refcheck=False)
-            for x in self._qva:
-                x.resize((capacity, self._n), refcheck=False)
+            for x, size in zip(self._vectors, self._sizes):
+                x.resize((capacity, size), refcheck=False)
         except (MemoryError, ValueError):
             raise self._no_memory(capacity) from None
 
     def _no_memory(self, points):
-        size = 8*points*(3*self._n + 1)/2**30
-        return MemoryError(f"no memory for {points} points of {self._n} coordinates ({size:.3g} GiB); "
+        size = 8*points*(sum(self._sizes) + 1)/2**30
+        return MemoryError(f"no memory for {points} points of {self._sizes[0]} coordinates ({size:.3g} GiB); "
                            "record fewer of them with every=... or t_eval=...")
 
 
 class NoRecord:
     """For runs that record nothing."""
 
-    def __init__(self, n):
+    def __init__(self, n, m=0, p=0):
         self.count = 0
-        self._n = n
+        self._sizes = n, n, n, m, p
 
     def room(self):
         return (_NOTHING,)*4
 
+    def add(self, count, read_multipliers):
+        pass
+
     def finish(self, order):
-        return (_NOTHING.copy(), *(np.empty((self._n, 0)) for _ in range(3)))
+        return (_NOTHING.copy(), *(np.empty((size, 0)) for size in self._sizes))

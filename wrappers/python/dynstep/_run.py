@@ -35,7 +35,7 @@ def _drive(handle, record, max_steps, progress):
         begun = time.perf_counter()
         code, count = handle.call(_core.dynstep_proceed, piece, *record.room())
         elapsed = time.perf_counter() - begun
-        record.count += count
+        record.add(count, lambda *sizes: handle.call(_core.dynstep_record_multipliers, *sizes)[1:])
         last, made = made, _steps(handle) - before
         if progress is not None:
             progress.show(made)

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What `solve` returns."""
 
-import numpy as np
+from functools import cached_property
+
+from ._drift import constraint_drift
 
 
 class Solution:
@@ -13,6 +15,10 @@ class Solution:
         Times.
     q, v, a : ndarray, shape (n, nt)
         Coordinates, velocities, accelerations.
+    lam, psi : ndarray, shape (m, nt) and (p, nt)
+        Multipliers of g(t,q) = 0 and of k(t,q,v) = 0; no rows where there are none.
+    start_correction : StartCorrection or None
+        What the start found and moved; None without constraints.
     sol : Interpolant or None
         With ``dense_output=True``: ``sol(t)`` gives q, v, a at any time.
     status : int
@@ -27,8 +33,10 @@ class Solution:
         What `solve` was given.
     """
 
-    def __init__(self, t, q, v, a, *, status, message, counts, method, system, sol=None):
-        self.t, self.q, self.v, self.a = t, q, v, a
+    def __init__(self, t, q, v, a, lam, psi, *, status, message, counts, method, system, sol=None,
+                 start_correction=None):
+        self.t, self.q, self.v, self.a, self.lam, self.psi = t, q, v, a, lam, psi
+        self.start_correction = start_correction
         self.sol = sol
         self.status = status
         self.message = message
@@ -40,6 +48,12 @@ class Solution:
     def success(self):
         """True where the end was reached, or an observer stopped the run."""
         return self.status >= 0
+
+    @cached_property
+    def constraint_drift(self):
+        """:class:`ConstraintDrift`: largest abs(g), abs(g'), abs(k) at each time; computed when it is first asked
+        for, by one call of each function of the constraints for each time."""
+        return constraint_drift(self.system, self.t, self.q, self.v)
 
     def energy(self):
         """Energy at each time, shape (nt,).
@@ -69,6 +83,28 @@ class Solution:
         """
         from ._plot import plot_solution
         return plot_solution(self, coordinates, of, ax)
+
+    def plot_drift(self, ax=None):
+        """Draw `constraint_drift` over time, on a logarithmic axis.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Default: the current one.
+
+        Returns
+        -------
+        matplotlib Axes
+
+        Raises
+        ------
+        ValueError
+            The system has no constraints.
+        """
+        from ._plot import plot_drift
+        if not self.system.is_constrained:
+            raise ValueError("the system has no constraints")
+        return plot_drift(self, ax)
 
     def __repr__(self):
         n, nt = self.q.shape

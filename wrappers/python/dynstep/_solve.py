@@ -5,20 +5,21 @@ import numpy as np
 
 from . import _core
 from ._arguments import array, flag, integer, number, vector
+from ._drift import start_correction, warn_of_correction
 from ._functions import UserFunction
 from ._handle import SUCCESS, TOO_MANY_STEPS, Handle
 from ._interpolant import Interpolant
 from ._linear import LinearSystem
 from ._matrices import NOTHING
 from ._mechanical import MechanicalSystem
-from ._methods import as_method
+from ._methods import method_for
 from ._progress import Progress
 from ._record import NoRecord, Record
 from ._run import drive, expected_steps
 from ._solution import Solution
 
 
-def solve(system, t_span, q0, v0, method="newmark-extrapolation", *, h, t_eval=None, every=1, dense_output=False,
+def solve(system, t_span, q0, v0, method=None, *, h, t_eval=None, every=1, dense_output=False,
           observer=None, max_steps=None, progress=False):
     """Motion of a mechanical system over an interval, in steps of one length.
 
@@ -29,13 +30,15 @@ def solve(system, t_span, q0, v0, method="newmark-extrapolation", *, h, t_eval=N
         Begin and end; the end may lie before the begin.
     q0, v0 : array_like, shape (n,)
         Coordinates and velocities at the begin; numbers where n = 1.
-    method : Method or str
-        Such as ``Newmark()``, ``Midpoint()``, ``NewmarkExtrapolation(levels=4)``, or a shorthand: see :func:`methods`.
+    method : Method or str, optional
+        Such as ``Newmark()``, ``NewmarkExtrapolation(levels=4)``, ``SOI2(rho_inf=0.8)``, or a shorthand: see
+        :func:`methods`.  Default: "newmark-extrapolation"; "soi2" for a system with constraints.
     h : float
         Step length, of the sign of t_span[1] - t_span[0].  The steps lie at t_span[0] + k*h; the last one is shorter
         where the interval is no whole number of steps.
     t_eval : array_like, shape (nt,), optional
-        Times to record, in the order of the run.  Inside a step q, v, a are interpolated (degree 5).
+        Times to record, in the order of the run.  Inside a step q, v, a are interpolated (degree 5), multipliers
+        linearly.
     every : int
         Without `t_eval`: record the begin, each `every`-th step, and the end; 0: the end alone.
     dense_output : bool
@@ -60,6 +63,12 @@ def solve(system, t_span, q0, v0, method="newmark-extrapolation", *, h, t_eval=N
     Exception
         Whatever a Python function of the system, or the observer, raises.
 
+    Warns
+    -----
+    StartCorrected
+        q0 or v0 did not fulfil the constraints, and was moved by more than 1e-8 of its size; what was found and moved
+        is in ``Solution.start_correction``.
+
     Notes
     -----
     Ctrl-C is seen within a second, also where all functions are compiled.  Without Python functions the
@@ -74,7 +83,7 @@ def solve(system, t_span, q0, v0, method="newmark-extrapolation", *, h, t_eval=N
     """
     if not isinstance(system, (LinearSystem, MechanicalSystem)):
         raise TypeError(f"system must be a LinearSystem or a MechanicalSystem, not {type(system).__name__}")
-    method = as_method(method)
+    method = method_for(system, method)
     t0, t1 = _span(t_span)
     q0, v0 = vector("q0", q0, system.n), vector("v0", v0, system.n)
     h = number("h", h)
@@ -90,14 +99,18 @@ def solve(system, t_span, q0, v0, method="newmark-extrapolation", *, h, t_eval=N
     try:
         handle = make_handle(system, method, observer)
         code = start(handle, system, t0, q0, v0)
-        record = NoRecord(system.n)
+        record = NoRecord(system.n, handle.m, handle.p)
+        correction = None
         if code == SUCCESS:
+            correction = start_correction(handle)
+            warn_of_correction(correction, q0, v0, stacklevel=2)
             asked = NOTHING if dense or t_eval is None else t_eval
             nothing = t_eval is not None and t_eval.size == 0 and not dense
             handle.call(_core.dynstep_begin, t1, h, 0 if nothing else 1 if dense else every, asked)
             if not nothing:
                 steps = min(expected, max_steps or expected)
-                record = Record(system.n, asked.size or steps//(1 if dense else every or steps + 1) + 3)
+                record = Record(system.n, asked.size or steps//(1 if dense else every or steps + 1) + 3,
+                                handle.m, handle.p)
             code = drive(handle, record, max_steps, progress)
     finally:
         if progress is not None:
@@ -109,7 +122,7 @@ def solve(system, t_span, q0, v0, method="newmark-extrapolation", *, h, t_eval=N
         sol = Interpolant(*points)
         points = _choose(points, sol, t_eval, every)
     return Solution(*points, status=code, message=message(handle, system, code, max_steps), counts=handle.counts(),
-                    method=method, system=system, sol=sol)
+                    method=method, system=system, sol=sol, start_correction=correction)
 
 
 def make_handle(system, method, observer=None):
@@ -124,6 +137,7 @@ def make_handle(system, method, observer=None):
 
 def start(handle, system, t, q, v):
     """Code of the start at a point that the user gives."""
+    system._install_constraints(handle, t, q, v)
     order = system.ordering
     return handle.call(_core.dynstep_start, t, *((q, v) if order is None else (q[order], v[order])))
 
@@ -164,10 +178,10 @@ def _times(t_eval, t0, t1):
 
 def _choose(points, sol, t_eval, every):
     """Points that were asked for, out of a record of all steps."""
-    t, *qva = points
+    t, *rest = points
     if t_eval is not None:
         reached = t_eval[np.abs(t_eval - t[0]) <= abs(t[-1] - t[0])]
-        return reached, *sol(reached)
+        return reached, *sol(reached), *sol.multipliers(reached)
     last = t.size - 1
     chosen = np.union1d(np.arange(0, t.size, every), last) if every else np.array([last])
-    return points if every == 1 else (t[chosen], *(x[:, chosen] for x in qva))
+    return points if every == 1 else (t[chosen], *(x[:, chosen] for x in rest))
