@@ -181,6 +181,18 @@ def check(system, other):
     assert s.counts["steps"] == 100 and s.constraint_drift.g.max() < 1e-13
 
 
+def test_patterns_of_velocity_constraints():
+    pattern = ([0, 2], [0, 1])
+    plain = solve(knife_edge(velocity_jacobian=knife_jacobian), (0, 1), *KNIFE_START, h=0.01)
+    for jacobian in (knife_jacobian, lambda t, q, v: [np.sin(q[2]), -np.cos(q[2])]):
+        system = knife_edge(velocity_jacobian=jacobian, velocity_pattern=pattern)
+        s = solve(system, (0, 1), *KNIFE_START, h=0.01)
+        assert s.success and np.abs(s.q - plain.q).max() < 1e-12 and np.abs(s.psi - plain.psi).max() < 1e-9
+    with pytest.raises(ValueError, match="velocity_jacobian returned an array of shape .3,., expected .2,."):
+        solve(knife_edge(velocity_jacobian=lambda t, q, v: knife_jacobian(t, q, v)[0], velocity_pattern=pattern),
+              (0, 1), *KNIFE_START, h=0.01)
+
+
 def test_systems_are_pickled_with_their_constraints():
     first, column = rods_pattern(1)
     system = MechanicalSystem(2, falling, constraint=rod_constraint, constraint_jacobian=rod_jacobian,
@@ -242,6 +254,7 @@ def test_observers_and_counts():
     seen = []
     s = solve(rod(), (0, 1), *ROD_START, h=0.01, observer=lambda t, q, v, a: seen.append(t) or t > 0.495)
     assert s.status == 1 and s.t[-1] == pytest.approx(0.5) and s.lam.shape == (1, len(seen) + 1)
+    assert "1 + 0 multiplier(s)" in repr(s)
     assert s.counts["constraints"] > 50
 
 
@@ -296,7 +309,7 @@ def test_a_start_off_the_constraints_is_moved():
 def test_a_start_off_the_constraints_is_refused():
     s = solve(rod(), (0, 1), *OFF, SOI2(start="refuse"), h=0.01)
     assert not s.success and s.status == -7 and s.t.size == 0 and s.lam.shape == (1, 0)
-    assert "constraint" in s.message
+    assert "constraint" in s.message and s.start_correction.g == pytest.approx(0.21)
     with pytest.raises(dynstep.IntegrationError, match="constraint") as caught:
         Integrator(rod(), SOI2(start="refuse")).start(0, *OFF)
     assert caught.value.status == -7
@@ -331,6 +344,7 @@ def test_redundant_constraints():
     assert twice.success and twice.lam.shape == (2, 201)
     assert np.abs(twice.q - plain.q).max() < 1e-11
     assert np.abs(twice.lam.sum(axis=0) - plain.lam[0]).max() < 1e-7
+    assert "constraint 2 of g" in twice.start_correction.redundant and plain.start_correction.redundant == ""
 
 
 def test_conflicting_constraints_fail_with_a_sentence():
@@ -361,6 +375,13 @@ def test_methods_for_constraints_without_any():
     for method in ("soi2", SOI2(variant="index-3")):
         s = solve(system, (0, 5), 1, 0, method, h=0.01)
         assert s.success and np.abs(s.q - expected.q).max() < 1e-12
+    sparse = pytest.importorskip("scipy.sparse")          # in an order of the wrapper's own
+    places = np.random.default_rng(1).permutation(40)
+    k = (3*np.eye(40) - np.eye(40, k=1) - np.eye(40, k=-1))[np.ix_(places, places)]
+    shuffled, dense = dynstep.LinearSystem(1.0, K=sparse.csr_array(k)), dynstep.LinearSystem(1.0, K=k)
+    q0 = np.linspace(-1, 1, 40)
+    a, b = (solve(x, (0, 1), q0, 0*q0, "soi2", h=0.05) for x in (shuffled, dense))
+    assert shuffled.ordering is not None and np.abs(a.q - b.q).max() < 1e-13
     w = np.sqrt(4 - 0.025**2)
     exact = np.exp(-0.025*expected.t)*(np.cos(w*expected.t) + 0.025/w*np.sin(w*expected.t))
     assert np.abs(expected.q - exact).max() < 3e-3

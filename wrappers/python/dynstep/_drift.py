@@ -36,10 +36,10 @@ class StartCorrected(UserWarning):
 
 
 def start_correction(handle):
-    """`StartCorrection` of the start that was made or tried, None without constraints."""
+    """`StartCorrection` of the start that was made or refused, None without constraints."""
     if not handle.m + handle.p:
         return None
-    code, found = handle.call(_core.dynstep_start_report)
+    _, found = handle.call(_core.dynstep_start_report)
     redundant = handle.call(_core.dynstep_redundant_constraints)[1].decode(errors="replace").strip()
     return StartCorrection(*map(float, found), redundant)
 

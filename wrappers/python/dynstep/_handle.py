@@ -7,7 +7,7 @@ from . import _core
 
 # the codes of dynstep.h that the package looks at
 SUCCESS, MORE = 0, 2
-INVALID_INPUT, NO_MEMORY, TOO_MANY_STEPS = -1, -6, -8
+INVALID_INPUT, NO_MEMORY, INCONSISTENT_START, TOO_MANY_STEPS = -1, -6, -7, -8
 
 _ERRORS = {INVALID_INPUT: ValueError, NO_MEMORY: MemoryError}
 

@@ -333,6 +333,30 @@ class _Alpha(Method):
             return self.alpha_m, self.alpha_f, self.beta, self.gamma
         return tuple(map(float, _core.dynstep_alpha_coefficients(self.rho_inf)[1]))
 
+    def stability_limit(self, damping_ratio=0.0):
+        """Largest omega*h at which an oscillator does not grow.
+
+        Parameters
+        ----------
+        damping_ratio : float
+            Of the oscillator, >= 0.
+
+        Returns
+        -------
+        float
+            inf where there is none: with any `rho_inf`, and with HHT.
+
+        Raises
+        ------
+        ValueError
+            For a negative damping ratio, and for coefficients of which it is not known.
+        """
+        number("damping_ratio", damping_ratio, 0.0)
+        limit = self.properties.stability_limit
+        if limit is None or limit < math.inf and damping_ratio > 0.0:
+            raise ValueError(f"the stability limit of {self!r} is not known")
+        return limit
+
     def _options(self):
         return ((_core.dynstep_set_alpha_options, _MASS_AT[self.mass_at], int(self.adjust_acceleration),
                  int(self.adjust_momentum), int(self.second_order_start)), self._newton_setting())
@@ -513,11 +537,11 @@ class MethodTable(dict):
     """{shorthand: MethodProperties}; prints as a table."""
 
     def __str__(self):
-        rows = [("method", "order", "of a", "stages", "symmetric", "stable for omega*h", "source")]
+        rows = [("method", "order", "of a", "of lam", "stages", "symmetric", "stable for omega*h", "source")]
         for name, p in self.items():
             x = p.stability_limit if p.stability_limit is not None else _NAMED[name].stability_limit()
             limit = "any" if x == math.inf else "none" if x == 0.0 else f"<= {x:.4g}"
-            rows.append((name, str(p.order), str(p.acceleration_order), str(p.stages), "yes" if p.symmetric else "no",
+            rows.append((name, str(p.order), str(p.acceleration_order), str(p.multiplier_order or "-"), str(p.stages), "yes" if p.symmetric else "no",
                          limit, p.source))
         widths = [max(map(len, column)) for column in zip(*rows)]
         return "\n".join("  ".join(x.ljust(w) for x, w in zip(row, widths)).rstrip() for row in rows)
@@ -529,6 +553,7 @@ def methods():
     Returns
     -------
     MethodTable
-        A dictionary {shorthand: MethodProperties}; ``print(dynstep.methods())`` shows it as a table.
+        A dictionary {shorthand: MethodProperties}; ``print(dynstep.methods())`` shows it as a table, where "-" in the
+        column "of lam" stands for a method that takes no constraints.
     """
     return MethodTable({name: method.properties for name, method in _NAMED.items()})

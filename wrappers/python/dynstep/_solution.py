@@ -18,7 +18,7 @@ class Solution:
     lam, psi : ndarray, shape (m, nt) and (p, nt)
         Multipliers of g(t,q) = 0 and of k(t,q,v) = 0; no rows where there are none.
     start_correction : StartCorrection or None
-        What the start found and moved; None without constraints.
+        What the start found and moved (or would have to move, where it is refused); None without constraints.
     sol : Interpolant or None
         With ``dense_output=True``: ``sol(t)`` gives q, v, a at any time.
     status : int
@@ -110,6 +110,8 @@ class Solution:
         n, nt = self.q.shape
         span = f"t = {self.t[0]:g} to {self.t[-1]:g}, " if nt else ""
         work = ", ".join(f"{name} {number}" for name, number in self.counts.items() if number)
+        m, p = len(self.lam), len(self.psi)
+        more = f", {m} + {p} multiplier(s)" if m + p else ""
         return "\n".join([
             f"message: {self.message}", f"success: {self.success} (status {self.status})",
-            f" points: {span}{nt} point(s) of {n} coordinate(s)", f" method: {self.method!r}", f" counts: {work}"])
+            f" points: {span}{nt} point(s) of {n} coordinate(s){more}", f" method: {self.method!r}", f" counts: {work}"])

@@ -7,7 +7,7 @@ from . import _core
 from ._arguments import array, flag, integer, number, vector
 from ._drift import start_correction, warn_of_correction
 from ._functions import UserFunction
-from ._handle import SUCCESS, TOO_MANY_STEPS, Handle
+from ._handle import INCONSISTENT_START, SUCCESS, TOO_MANY_STEPS, Handle
 from ._interpolant import Interpolant
 from ._linear import LinearSystem
 from ._matrices import NOTHING
@@ -100,9 +100,8 @@ def solve(system, t_span, q0, v0, method=None, *, h, t_eval=None, every=1, dense
         handle = make_handle(system, method, observer)
         code = start(handle, system, t0, q0, v0)
         record = NoRecord(system.n, handle.m, handle.p)
-        correction = None
+        correction = start_correction(handle) if code in (SUCCESS, INCONSISTENT_START) else None
         if code == SUCCESS:
-            correction = start_correction(handle)
             warn_of_correction(correction, q0, v0, stacklevel=2)
             asked = NOTHING if dense or t_eval is None else t_eval
             nothing = t_eval is not None and t_eval.size == 0 and not dense
