@@ -15,6 +15,7 @@ module dynstep_consistent_start
    use dynstep_kinds, only: wp
    use dynstep_matrix, only: kind_identity, matrix_type
    use dynstep_mechanical_system, only: mechanical_system
+   use dynstep_rank, only: default_rank_tolerance, dependence_type, find_dependent_rows
    use dynstep_saddle_point, only: saddle_point_type
    use dynstep_status, only: dynstep_inconsistent_start, dynstep_singular_matrix, message_length, status_type
    use dynstep_stepper, only: step_counters
@@ -37,7 +38,8 @@ module dynstep_consistent_start
       real(wp) :: moved_q = 0.0_wp    !! largest change of a coordinate
       real(wp) :: moved_v = 0.0_wp    !! largest change of a velocity
       logical :: is_redundant = .false.                 !! constraints depend on each other
-      character(len=message_length) :: redundant = ''   !! which, in words
+      integer, allocatable :: redundant_rows(:)         !! those that do: 1 .. m of g, m + 1 .. m + p of k
+      character(len=message_length) :: redundant = ''   !! which depend on which, in words
    end type start_report
 
    !> Negative multiple of the (scaled) identity in the multiplier block where constraints are redundant.
@@ -51,6 +53,9 @@ module dynstep_consistent_start
    !> Largest number of Newton corrections of a projection.  From a tenth of the size of a mechanism it takes 3 to 6.
    integer, parameter :: most_corrections = 30
 
+   !> Multiplications of a rank decision that a start may cost: a tenth of a second
+   real(wp), parameter :: most_rank_work = 1.0e8_wp
+
    type, public :: consistent_start
       type(constrained_motion) :: motion
       real(wp) :: regularization = 0.0_wp               !! 0, or regularization_of_redundant
@@ -59,6 +64,7 @@ module dynstep_consistent_start
       real(wp), allocatable, private :: f(:), x(:), rest(:), l(:), s(:), cg(:), ck(:)
    contains
       procedure :: init => start_init
+      procedure :: look_for_dependence => start_look_for_dependence
       procedure :: project => start_project_state
       procedure :: solve => start_solve
    end type consistent_start
@@ -391,6 +397,35 @@ contains
          end if
       end associate
    end subroutine one_factorization
+
+   !> Name the constraints that depend on others at (t, q, v), and take the regularized matrix where there are some.
+   !> Larger systems are left to the factorization, which finds exact dependence alone.
+   recursive subroutine start_look_for_dependence(self, sys, t, q, v, report, count, status)
+      class(consistent_start), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: q(sys%n), v(sys%n)
+      type(start_report), intent(inout) :: report
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      type(dependence_type) :: found
+      real(wp) :: rows
+
+      self%regularization = 0.0_wp
+      rows = real(self%motion%m + self%motion%p, wp)
+      if (status%failed() .or. rows**2*real(sys%n, wp) > most_rank_work) return
+      if (rows < 2.0_wp .or. sys%constraints%reaction_is_general) return
+      call self%motion%evaluate(sys, t, q, v, count, status)
+      call find_dependent_rows(self%motion%gq, self%motion%kv, default_rank_tolerance, found, status)
+      if (status%failed()) return
+      if (size(found%rows) == 0) return
+      report%is_redundant = .true.
+      report%redundant_rows = found%rows
+      report%redundant = found%sentence(1)
+      if (size(found%rows) > 1) report%redundant = trim(report%redundant)//', and ' &
+         & //text(size(found%rows) - 1)//' more of them on others'
+      self%regularization = regularization_of_redundant
+   end subroutine start_look_for_dependence
 
    pure real(wp) function largest(x)
       real(wp), intent(in) :: x(:)

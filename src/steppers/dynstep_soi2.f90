@@ -212,11 +212,11 @@ contains
       call self%reset()
       self%is_started = .false.
       self%report = start_report()
-      self%consistency%regularization = 0.0_wp
       y = state%y
       select type (sys)
       class is (mechanical_system)
          associate (n => sys%n)
+            call self%consistency%look_for_dependence(sys, state%t, y(1:n), y(n + 1:), self%report, self%count, status)
             if (self%start_mode /= start_keep) call self%consistency%project(sys, self%start_mode, state%t, y(1:n), &
                & y(n + 1:), self%report, self%count, status)
             call self%consistency%solve(sys, state%t, y(1:n), y(n + 1:), state%a, state%lambda, state%psi, &
@@ -290,7 +290,9 @@ contains
          eqs%old_gq = self%history(self%past)%gq
          call predict(self, state, h)
          call self%iteration%solve(sys, eqs, self%count, status)
-         if (.not. status%failed()) call eqs%place()
+         if (status%failed()) return
+         call eqs%place()
+         call self%iteration%matrices%reduce_multipliers(eqs)
       end associate
    end subroutine one_step
 

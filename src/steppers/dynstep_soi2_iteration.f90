@@ -122,7 +122,10 @@ contains
       type(soi2_equations), intent(in) :: eqs
       associate (matrices => self%matrices)
          if (.not. matrices%is_made) return
-         if (self%wait > 0) then
+         if (matrices%regularization > 0.0_wp) then
+            ! the regularization is a small part of what the matrix changes by in a step
+            matrices%is_made = .false.
+         else if (self%wait > 0) then
             self%wait = self%wait - 1
             matrices%is_made = .false.
          else if (matrices%is_stiff) then
