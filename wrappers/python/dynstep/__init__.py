@@ -11,6 +11,7 @@ Systems: `LinearSystem`, `MechanicalSystem`.  Methods: `Newmark`, `Midpoint`, `N
 `solve` integrates over an interval, `Integrator` makes one step at a time.
 """
 
+from ._alpha_methods import HHT, SOI2, GeneralizedAlpha
 from ._at2 import read_at2
 from ._check import CheckReport, check_system
 from ._compiled import compiled, signature
@@ -22,9 +23,8 @@ from ._linear import LinearSystem
 from ._loads import LoadTable, ground_motion
 from ._matrices import Banded, banded
 from ._mechanical import MechanicalSystem
-from ._methods import (
-    HHT, SOI2, GeneralizedAlpha, MethodProperties, Midpoint, MidpointExtrapolation, Newmark, NewmarkExtrapolation,
-    Newton, methods)
+from ._method_table import methods
+from ._methods import MethodProperties, Midpoint, MidpointExtrapolation, Newmark, NewmarkExtrapolation, Newton
 from ._solution import Solution
 from ._solve import solve
 

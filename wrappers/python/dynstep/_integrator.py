@@ -9,7 +9,7 @@ from ._drift import start_correction, warn_of_correction
 from ._linear import LinearSystem
 from ._matrices import NOTHING
 from ._mechanical import MechanicalSystem
-from ._methods import method_for
+from ._method_table import method_for
 from ._record import NoRecord
 from ._handle import TOO_MANY_STEPS
 from ._run import drive

@@ -114,4 +114,5 @@ class Solution:
         more = f", {m} + {p} multiplier(s)" if m + p else ""
         return "\n".join([
             f"message: {self.message}", f"success: {self.success} (status {self.status})",
-            f" points: {span}{nt} point(s) of {n} coordinate(s){more}", f" method: {self.method!r}", f" counts: {work}"])
+            f" points: {span}{nt} point(s) of {n} coordinate(s){more}", f" method: {self.method!r}",
+            f" counts: {work}"])

@@ -12,7 +12,7 @@ from ._interpolant import Interpolant
 from ._linear import LinearSystem
 from ._matrices import NOTHING
 from ._mechanical import MechanicalSystem
-from ._methods import method_for
+from ._method_table import method_for
 from ._progress import Progress
 from ._record import NoRecord, Record
 from ._run import drive, expected_steps
