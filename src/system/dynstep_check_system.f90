@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Does a system do what it declares?  Compares the tangents and the declared structure of a
-!> mechanical system with differences of its own procedures at one point.
+!> Does a system do what it declares?  Compares the tangents, the derivatives of constraints and the
+!> declared structure of a mechanical system with differences of its own procedures at one point.
 !>
 !> PROGRAMMING INTERFACE
 !>
@@ -9,18 +9,20 @@
 !>     if (status%failed()) print '(a)', report
 !>
 !>   Choose a general point: at a point of symmetry mistakes may not show.  Costs 4n + 20
-!>   evaluations of force and mass; meant for the day on which a model is written.
+!>   evaluations of force and mass, and some ten evaluations of constraints and reactions for each
+!>   coordinate; meant for the day on which a model is written.
 module dynstep_check_system
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_check_constraints, only: check_constraints
    use dynstep_check_structure, only: check_structure
    use dynstep_differences, only: motion_sizes
    use dynstep_factorization, only: factorization_type
-   use dynstep_findings, only: add, check_symmetry, compare_matrices, compare_vectors, finding_length, others, row_terms
+   use dynstep_findings, only: add, check_symmetry, compare_matrices, compare_vectors, finding_length, look, others, row_terms
    use dynstep_kinds, only: long, wp
    use dynstep_linear_system, only: linear_system, load_none
    use dynstep_matrix, only: kind_identity, kind_zero, matrix_type
    use dynstep_mechanical_system, only: mechanical_system
-   use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input, dynstep_not_finite, status_type
+   use dynstep_status, only: dynstep_invalid_input, status_type
    use dynstep_text, only: text
    implicit none
    private
@@ -76,6 +78,9 @@ contains
             call check_force(sys, p, report, status)
          end select
          call check_energy(sys, p, report, status)
+         ! curvatures vanish at rest
+         if (.not. any(abs(p%v) > 0.0_wp)) p%v = p%other_v
+         call check_constraints(sys, t, p%q, p%v, p%q_size, p%v_size, maxval(abs(p%f)), report, status)
       end if
       if (.not. status%failed() .and. size(report) > 0) call status%set(dynstep_invalid_input, trim(report(1)))
    end subroutine check_system
@@ -136,7 +141,8 @@ contains
       p%a = p%f
       call factor%factorize(p%m, status, t, 'mass matrix')
       if (status%failed()) then
-         call add(report, status%message)
+         ! constraints may hold what has no mass
+         if (sys%holonomic + sys%nonholonomic == 0) call add(report, status%message)
          call status%clear()
          p%a = 0.0_wp
          return
@@ -191,19 +197,6 @@ contains
       call m%first_not_finite(row, column)
       call look('mass', ierr, row == 0, status)
    end subroutine mass_at
-
-   recursive subroutine look(name, ierr, is_finite, status)
-      character(len=*), intent(in) :: name
-      integer, intent(in) :: ierr
-      logical, intent(in) :: is_finite
-      type(status_type), intent(inout) :: status
-      if (ierr /= 0) then
-         call status%set(dynstep_callback_failed, name//' returned ierr = '//text(ierr) &
-            & //' while the system was checked; choose a point inside its domain')
-      else if (.not. is_finite) then
-         call status%set(dynstep_not_finite, name//' returned a value that is not finite while the system was checked')
-      end if
-   end subroutine look
 
    !> r = f - M a at fixed a
    recursive subroutine residual_at(sys, p, q, v, r, status)

@@ -3,11 +3,12 @@
 module dynstep_findings
    use dynstep_kinds, only: wp
    use dynstep_matrix, only: kind_banded, matrix_type
+   use dynstep_status, only: dynstep_callback_failed, dynstep_not_finite, status_type
    use dynstep_text, only: text
    implicit none
    private
 
-   public :: add, check_symmetry, compare_matrices, compare_vectors, others, row_terms
+   public :: add, check_symmetry, compare_matrices, compare_vectors, look, others, row_terms
 
    integer, parameter, public :: finding_length = 160
 
@@ -23,6 +24,21 @@ contains
       longer(size(longer)) = finding
       call move_alloc(longer, report)
    end subroutine add
+
+   !> A procedure that failed while it was checked
+   recursive subroutine look(name, ierr, is_finite, status)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: ierr
+      logical, intent(in) :: is_finite
+      type(status_type), intent(inout) :: status
+      if (status%failed()) return
+      if (ierr /= 0) then
+         call status%set(dynstep_callback_failed, name//' returned ierr = '//text(ierr) &
+            & //' while the system was checked; choose a point inside its domain')
+      else if (.not. is_finite) then
+         call status%set(dynstep_not_finite, name//' returned a value that is not finite while the system was checked')
+      end if
+   end subroutine look
 
    !> ' (3 more like this)'
    pure function others(wrong) result(words)

@@ -2,6 +2,7 @@
 !> All Fortran suites; tests/fortran/meson.build lists their names too.
 program tester
    use test_bits, only: collect_bits
+   use test_check_constraints, only: collect_check_constraints
    use test_check_system, only: collect_check_system
    use test_constrained_extremes, only: collect_constrained_extremes
    use test_constraints, only: collect_constraints
@@ -56,6 +57,7 @@ program tester
       & new_testsuite('stiff', collect_stiff), &
       & new_testsuite('check_system', collect_check_system), &
       & new_testsuite('constraints', collect_constraints), &
+      & new_testsuite('check_constraints', collect_check_constraints), &
       & new_testsuite('work', collect_work), &
       & new_testsuite('drivers', collect_drivers), &
       & new_testsuite('endings', collect_endings), &
