@@ -94,7 +94,8 @@ contains
          call judge(self, length, previous, eqs%moved, is_measured, is_old, &
             & is_whole .or. eqs%unknowns() > most_unknowns, is_done)
          if (is_done) exit
-         if (ieee_is_finite(length) .and. .not. (is_measured .and. self%rate > poor)) then
+         ! far from the solution Newton's own iteration contracts poorly at first
+         if (ieee_is_finite(length) .and. (is_whole .or. .not. (is_measured .and. self%rate > poor))) then
             previous = length
             is_measured = .true.
             cycle

@@ -49,6 +49,11 @@ contains
       if (status%failed()) return
       n = eqs%unknowns()
       call prepare(self, eqs, n, status)
+      if (sys%constraints%reaction_is_general) then
+         ! D may take the reactions as linear
+         call eqs%motion%differentiate_reaction(sys, eqs%t1, eqs%y1, eqs%z1, eqs%lambda, eqs%psi, status)
+         call eqs%evaluate(sys, count, status)
+      end if
       if (status%failed()) return
       call eqs%pack_residuals(self%r0)
       call eqs%pack_unknowns(self%x0)
