@@ -7,6 +7,7 @@ program tester
    use test_constrained_extremes, only: collect_constrained_extremes
    use test_constraints, only: collect_constraints
    use test_constrained_models, only: collect_constrained_models
+   use test_constrained_orders, only: collect_constrained_orders
    use test_drivers, only: collect_drivers
    use test_endings, only: collect_endings
    use test_figures, only: collect_figures
@@ -44,6 +45,7 @@ program tester
       & new_testsuite('models', collect_models), &
       & new_testsuite('constrained_models', collect_constrained_models), &
       & new_testsuite('constrained_extremes', collect_constrained_extremes), &
+      & new_testsuite('constrained_orders', collect_constrained_orders), &
       & new_testsuite('matrix', collect_matrix), &
       & new_testsuite('linalg', collect_linalg), &
       & new_testsuite('singular', collect_singular), &

@@ -2,7 +2,10 @@
 !> Constrained motion at its limits: steps, springs and masses of extreme size, rest, redundant and contradicting
 !> constraints, starts off the constraints, trials that are thrown away, procedures that fail.
 module test_constrained_extremes
-   use dynstep, only: control_type, integrate, kind_diagonal, matrix_type, mechanical_system, state_type, status_type, wp
+   use dynstep, only: coefficients_of, control_type, dynstep_inconsistent_start, dynstep_invalid_input, integrate, &
+      & kind_diagonal, matrix_type, mechanical_system, start_keep, start_project, start_refuse, state_type, status_type, &
+      & variant_index3, wp
+   use dynstep_jay_negrut_problem, only: jay_negrut_problem
    use dynstep_rod_chain, only: rod_chain
    use dynstep_rod_pendulum, only: rod_pendulum
    use dynstep_slider_crank, only: slider_crank
@@ -30,7 +33,10 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
          & new_unittest('mechanisms at rest', test_rest), &
-         & new_unittest('linear forces, mass of time', test_linear_mass)]
+         & new_unittest('linear forces, mass of time', test_linear_mass), &
+         & new_unittest('options changed after init', test_changed_options), &
+         & new_unittest('starts off the constraints', test_starts_off), &
+         & new_unittest('nearest start', test_nearest_start)]
    end subroutine collect_constrained_extremes
 
    recursive subroutine heavier_force(self, t, q, v, f, ierr)
@@ -152,4 +158,122 @@ contains
       call check(error, maxval(abs(linear%y - general%y)), 0.0_wp, 'y', thr=100*eps)
       call check(error, linear%a(1), general%a(1), 'a', thr=1.0e4_wp*eps)
    end subroutine test_linear_mass
+
+   !> `init` takes coefficients, variant and Newton's options over: a change afterwards is refused, as by Newmark
+   subroutine test_changed_options(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(rod_pendulum) :: sys
+      type(soi2_stepper) :: fresh, stepper
+      type(state_type) :: state
+      type(status_type) :: status
+      integer :: i
+      call sys%setup()
+      allocate (state%y(6))
+      call sys%start(4.0_wp, 1.0_wp, state%y(1:3), state%y(4:6))
+      call fresh%init(sys, status)
+      do i = 1, 6
+         stepper = fresh
+         call status%clear()
+         select case (i)
+         case (1)
+            call coefficients_of(0.5_wp, stepper%coefficients, status)
+         case (2)
+            stepper%variant = variant_index3
+         case (3)
+            stepper%newton%limit = 7
+         case (4)
+            stepper%newton%tolerance = 1.0e-6_wp
+         case (5)
+            stepper%mass_at = 3
+         case (6)
+            stepper%start_mode = 0
+         end select
+         call stepper%start(sys, state, status)
+         call check(error, status%code, dynstep_invalid_input, 'option '//achar(48 + i)//' '//trim(status%message))
+         if (i <= 4) call check(error, index(status%message, 'init') > 0, trim(status%message))
+         call check(error, .not. stepper%is_started, 'started')
+      end do
+   end subroutine test_changed_options
+
+   !> All three ways to take a start that is off both levels of the constraints
+   subroutine test_starts_off(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(rod_pendulum) :: sys
+      type(soi2_stepper) :: stepper
+      type(state_type) :: state
+      type(status_type) :: status
+      real(wp) :: y(6), g(2)
+      integer :: mode, ierr
+      call sys%setup()
+      call sys%start(4.0_wp, 3.0_wp, y(1:3), y(4:6))
+      y(1:2) = y(1:2) + [0.01_wp, -0.02_wp]
+      y(4:5) = y(4:5) + [0.1_wp, 0.2_wp]
+      do mode = start_project, start_keep
+         state = state_type()
+         allocate (state%y, source=y)
+         call status%clear()
+         stepper%start_mode = mode
+         call stepper%init(sys, status)
+         call stepper%start(sys, state, status)
+         call check(error, stepper%report%g, 0.02_wp, 'g', thr=10*eps)
+         if (mode == start_refuse) then
+            call check(error, status%code, dynstep_inconsistent_start, 'refused')
+            call check(error, maxval(abs(state%y - y)), 0.0_wp, 'moved by a refusal', thr=0.0_wp)
+            cycle
+         end if
+         call check(error, status%code, 0, trim(status%message))
+         call sys%constraint(0.0_wp, state%y(1:3), g, ierr)
+         if (mode == start_keep) then
+            ! G does not depend on x and y: g' is off by what was added to v
+            call check(error, stepper%report%gv, 0.2_wp, 'g''', thr=50*eps)
+            call check(error, maxval(abs(state%y - y)), 0.0_wp, 'moved', thr=0.0_wp)
+         else
+            call check(error, maxval(abs(g)) <= 10*eps, 'g of the projected start')
+            call check(error, stepper%report%moved_q, maxval(abs(state%y(1:3) - y(1:3))), 'moved_q')
+            call check(error, stepper%report%moved_v, maxval(abs(state%y(4:6) - y(4:6))), 'moved_v')
+         end if
+      end do
+   end subroutine test_starts_off
+
+   !> The projection is the nearest point in the norm of M: M (q - q0) is normal to the constraints there, M (v - v0)
+   !> too.  The pendulum has one direction along them.
+   subroutine test_nearest_start(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(rod_pendulum) :: pendulum
+      type(jay_negrut_problem) :: problem
+      type(soi2_stepper) :: stepper
+      type(state_type) :: state
+      type(status_type) :: status
+      real(wp) :: y(6), along(3), m(3)
+      integer :: i
+      call pendulum%setup()
+      m = pendulum%m*[1.0_wp, 1.0_wp, pendulum%l**2/3.0_wp]
+      do i = 1, 4
+         call pendulum%start(4.0_wp, 3.0_wp, y(1:3), y(4:6))
+         y = y + 10.0_wp**(-i)*[3.0_wp, 4.0_wp, -2.0_wp, 5.0_wp, 1.0_wp, -3.0_wp]
+         state = state_type()
+         allocate (state%y, source=y)
+         call stepper%init(pendulum, status)
+         call stepper%start(pendulum, state, status)
+         call check(error, status%code, 0, trim(status%message))
+         along = [-state%y(2), state%y(1), 1.0_wp]
+         ! a start ends where corrections are below 100 eps of q
+         call check(error, dot_product(along, m*(state%y(1:3) - y(1:3))), 0.0_wp, 'q', thr=1.0e3_wp*eps*maxval(m))
+         call check(error, dot_product(along, m*(state%y(4:6) - y(4:6))), 0.0_wp, 'v', thr=1.0e3_wp*eps*maxval(m))
+      end do
+      ! g and k of (15) are nonlinear in q and v and leave no direction free: on them, and no more
+      call problem%setup()
+      state = state_type()
+      state%y = [1.05_wp, 0.97_wp, 1.1_wp, -2.2_wp]
+      call stepper%init(problem, status)
+      state%lambda = [1.0_wp]
+      state%psi = [1.0_wp]
+      call stepper%start(problem, state, status)
+      call check(error, status%code, 0, trim(status%message))
+      associate (q => state%y(1:2), v => state%y(3:4))
+         call check(error, q(1)**2*q(2), 1.0_wp, 'g of (15)')
+         call check(error, q(1)*v(1)*v(2), -2.0_wp, 'k of (15)')
+         call check(error, 2*q(1)*q(2)*v(1) + q(1)**2*v(2), 0.0_wp, 'g'' of (15)')
+      end associate
+   end subroutine test_nearest_start
 end module test_constrained_extremes
