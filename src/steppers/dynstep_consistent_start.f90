@@ -33,8 +33,8 @@ module dynstep_consistent_start
    !> What a start found and what it moved
    type, public :: start_report
       real(wp) :: g = 0.0_wp          !! largest |g| of the start as it was given
-      real(wp) :: gv = 0.0_wp         !! largest |g'|, at the projected q
-      real(wp) :: k = 0.0_wp          !! largest |k|, at the projected q
+      real(wp) :: gv = 0.0_wp         !! largest |g'|, at the projected q where q is projected
+      real(wp) :: k = 0.0_wp          !! largest |k|, there too
       real(wp) :: moved_q = 0.0_wp    !! largest change of a coordinate
       real(wp) :: moved_v = 0.0_wp    !! largest change of a velocity
       logical :: is_redundant = .false.                 !! constraints depend on each other
@@ -92,7 +92,7 @@ contains
    recursive subroutine start_project_state(self, sys, mode, t, q, v, report, count, status)
       class(consistent_start), intent(inout) :: self
       class(mechanical_system), intent(inout) :: sys
-      integer, intent(in) :: mode                        !! start_project or start_refuse
+      integer, intent(in) :: mode                        !! start_keep fills in the report alone
       real(wp), intent(in) :: t
       real(wp), intent(inout) :: q(sys%n), v(sys%n)
       type(start_report), intent(inout) :: report
@@ -101,6 +101,13 @@ contains
       real(wp) :: q0(sys%n), v0(sys%n)
 
       if (status%failed() .or. self%motion%m + self%motion%p == 0) return
+      if (mode == start_keep) then
+         call self%motion%evaluate(sys, t, q, v, count, status)
+         report%g = largest(self%motion%g)
+         report%gv = largest(self%motion%gv)
+         report%k = largest(self%motion%k)
+         return
+      end if
       call evaluate_mass(self, sys, t, q, v, count, status)
       q0 = q
       if (self%motion%m > 0) call project_positions(self, sys, t, q, report, count, status)
@@ -122,7 +129,8 @@ contains
       v = v0
    end subroutine start_project_state
 
-   !> Newton's iteration for g(t, q) = 0: M dq + G^T x = 0, G dq = -g
+   !> The nearest q with g(t, q) = 0: M (q - q0) + G^T x = 0, by Newton's iteration without the derivative of G^T x, which
+   !> contracts by about the distance over the radius of curvature
    recursive subroutine project_positions(self, sys, t, q, report, count, status)
       class(consistent_start), intent(inout) :: self
       class(mechanical_system), intent(inout) :: sys
@@ -132,9 +140,12 @@ contains
       type(step_counters), intent(inout) :: count
       type(status_type), intent(inout) :: status
       real(wp) :: length, previous
+      real(wp) :: q0(sys%n), force(self%motion%m)
       integer :: i
 
       previous = huge(previous)
+      q0 = q
+      force = 0.0_wp
       associate (motion => self%motion)
          do i = 1, most_corrections
             call motion%evaluate_holonomic(sys, t, q, count, status)
@@ -143,11 +154,15 @@ contains
             motion%kv%value = 0.0_wp
             call factorize(self, sys, t, for_positions, report, count, status)
             if (status%failed()) return
+            call aim_back(i, q0, q, force)
             self%x = 0.0_wp
+            call self%mass%multiply_add(1.0_wp, q0 - q, self%x)
+            call motion%gq%transposed_add(-1.0_wp, force, self%x)
             self%l = -motion%g
             self%s = 0.0_wp
             call self%saddle%solve(self%x, self%l, self%s)
             count%solves = count%solves + 1
+            force = force + self%l
             length = largest(self%x)
             if (length <= rounding*largest(q) .and. i == 1) return
             if (.not. ieee_is_finite(length)) exit
@@ -189,7 +204,7 @@ contains
       end do
    end subroutine check_conflict
 
-   !> Newton's iteration for g'(t, q, v) = 0 and k(t, q, v) = 0: M dv + G^T x + K^T y = 0
+   !> The nearest v with g'(t, q, v) = 0 and k(t, q, v) = 0: M (v - v0) + G^T x + K^T y = 0, likewise
    recursive subroutine project_velocities(self, sys, t, q, v, report, count, status)
       class(consistent_start), intent(inout) :: self
       class(mechanical_system), intent(inout) :: sys
@@ -200,9 +215,13 @@ contains
       type(step_counters), intent(inout) :: count
       type(status_type), intent(inout) :: status
       real(wp) :: length, previous, size_v
+      real(wp) :: v0(sys%n), force(self%motion%m), force_k(self%motion%p)
       integer :: i
 
       previous = huge(previous)
+      v0 = v
+      force = 0.0_wp
+      force_k = 0.0_wp
       associate (motion => self%motion)
          call motion%evaluate_holonomic(sys, t, q, count, status)
          do i = 1, most_corrections
@@ -215,11 +234,17 @@ contains
             end if
             call factorize(self, sys, t, for_velocities, report, count, status)
             if (status%failed()) return
+            call aim_back(i, v0, v, force, force_k)
             self%x = 0.0_wp
+            call self%mass%multiply_add(1.0_wp, v0 - v, self%x)
+            call motion%gq%transposed_add(-1.0_wp, force, self%x)
+            call motion%kv%transposed_add(-1.0_wp, force_k, self%x)
             self%l = -motion%gv
             self%s = -motion%k
             call self%saddle%solve(self%x, self%l, self%s)
             count%solves = count%solves + 1
+            force = force + self%l
+            force_k = force_k + self%s
             length = largest(self%x)
             if (.not. ieee_is_finite(length)) exit
             size_v = largest(v)
@@ -236,6 +261,20 @@ contains
          & //'after '//text(min(i, most_corrections))//' corrections |g''| = '//text(largest(self%motion%gv)) &
          & //', |k| = '//text(largest(self%motion%k))//'; look for constraints that contradict each other')
    end subroutine project_velocities
+
+   !> After two thirds of the corrections the nearest point is given up: from then on each one is the shortest way to
+   !> the constraints, which contracts quadratically
+   pure subroutine aim_back(i, x0, x, force, force_k)
+      integer, intent(in) :: i
+      real(wp), intent(inout) :: x0(:)
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(inout) :: force(:)
+      real(wp), intent(inout), optional :: force_k(:)
+      if (i <= (2*most_corrections)/3) return
+      x0 = x
+      force = 0.0_wp
+      if (present(force_k)) force_k = 0.0_wp
+   end subroutine aim_back
 
    !> a, lambda, psi at (t, q, v).  On entry lambda and psi are guesses for a reaction that is not
    !> linear in them.  f returns the forces with the reactions.

@@ -192,10 +192,11 @@ contains
    pure subroutine soi2_reset(self)
       class(soi2_stepper), intent(inout) :: self
       call self%count%zero()
-      self%past = 1
       self%has_past = .false.
       self%knows_mass = .false.
-      if (allocated(self%iteration)) call self%iteration%forget()
+      if (.not. allocated(self%iteration)) return
+      call self%iteration%forget()
+      self%iteration%matrices%regularization = self%consistency%regularization
    end subroutine soi2_reset
 
    !> q and v onto the constraints, then a0, lambda0, psi0.  On entry state%lambda and state%psi are guesses for a
@@ -208,7 +209,13 @@ contains
       real(wp), allocatable :: y(:)
 
       call check_start(self, sys, state, status)
+      call check_options(self, status)
       if (status%failed()) return
+      if (was_changed(self)) then
+         call status%set(dynstep_invalid_input, 'the coefficients, the variant or the options of Newton''s iteration were ' &
+            & //'changed after init; call init again')
+         return
+      end if
       call self%reset()
       self%is_started = .false.
       self%report = start_report()
@@ -217,8 +224,7 @@ contains
       class is (mechanical_system)
          associate (n => sys%n)
             call self%consistency%look_for_dependence(sys, state%t, y(1:n), y(n + 1:), self%report, self%count, status)
-            if (self%start_mode /= start_keep) call self%consistency%project(sys, self%start_mode, state%t, y(1:n), &
-               & y(n + 1:), self%report, self%count, status)
+            call self%consistency%project(sys, self%start_mode, state%t, y(1:n), y(n + 1:), self%report, self%count, status)
             call self%consistency%solve(sys, state%t, y(1:n), y(n + 1:), state%a, state%lambda, state%psi, &
                & self%history(self%past)%f, self%report, self%count, status)
          end associate
@@ -229,6 +235,16 @@ contains
       self%iteration%matrices%regularization = self%consistency%regularization
       self%is_started = .true.
    end subroutine soi2_start
+
+   !> What `init` took over has other values now
+   pure logical function was_changed(self)
+      class(soi2_stepper), intent(in) :: self
+      associate (old => self%eqs%coefficients, new => self%coefficients)
+         was_changed = any(abs([new%alpha_m - old%alpha_m, new%alpha_f - old%alpha_f, new%beta - old%beta, &
+            & new%gamma - old%gamma, self%newton%tolerance - self%iteration%tolerance]) > 0.0_wp) &
+            & .or. self%variant /= self%eqs%variant .or. self%newton%limit /= self%iteration%limit
+      end associate
+   end function was_changed
 
    recursive subroutine soi2_try_step(self, sys, state, h, t1, trial, status)
       class(soi2_stepper), intent(inout) :: self
