@@ -230,9 +230,11 @@ contains
          call solve_with_s(self, count)
       end if
       eqs%a = eqs%a + self%x
-      eqs%lambda = eqs%lambda + scale*self%l
-      eqs%psi = eqs%psi + scale*self%q
-      length = correction_length(eqs, self%x, self%ddelta, scale*self%l, scale*self%q)
+      self%l = scale*self%l
+      self%q = scale*self%q
+      eqs%lambda = eqs%lambda + self%l
+      eqs%psi = eqs%psi + self%q
+      length = correction_length(eqs, self%x, self%ddelta, self%l, self%q)
       eqs%moved = position_part(eqs, self%x, self%ddelta)
    end subroutine matrices_correct
 

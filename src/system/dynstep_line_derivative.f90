@@ -252,12 +252,15 @@ contains
       logical :: may_grow, may_shrink
       integer :: i
       ! no change is exact, unless an earlier table has seen one
-      self%ratio = merge(1.0_wp, 0.0_wp, abs(self%kept_value) > 0.0_wp)
+      worst = -huge(1.0_wp)
       do i = 1, size(self%f)
-         if (self%most(i) > self%least(i)) self%ratio(i) = min(self%error(i), size_of(self, i)) &
-            & /max(size_of(self, i), tiny(1.0_wp))
+         if (self%most(i) > self%least(i)) then
+            self%ratio(i) = min(self%error(i), size_of(self, i))/max(size_of(self, i), tiny(1.0_wp))
+            worst = max(worst, self%ratio(i))
+         else
+            self%ratio(i) = merge(1.0_wp, 0.0_wp, abs(self%kept_value(i)) > 0.0_wp)
+         end if
       end do
-      worst = maxval(self%ratio, mask=self%most > self%least)
       self%idle = merge(0, self%idle + 1, has_improved)
       may_grow = self%ups < longest .and. self%downs == 0 .and. self%refusals == 0
       may_shrink = self%downs < shortest .and. self%ups == 0 .and. self%side == 0
@@ -311,9 +314,11 @@ contains
    !> What an earlier table had better
    pure subroutine keep_better(self)
       class(line_derivative), intent(inout) :: self
-      where (self%kept_ratio < self%ratio)
-         self%value = self%kept_value
-         self%ratio = self%kept_ratio
-      end where
+      integer :: i
+      do i = 1, size(self%f)
+         if (.not. self%kept_ratio(i) < self%ratio(i)) cycle
+         self%value(i) = self%kept_value(i)
+         self%ratio(i) = self%kept_ratio(i)
+      end do
    end subroutine keep_better
 end module dynstep_line_derivative

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* No step allocates: a run of 1100 steps calls malloc, calloc and realloc (counting_malloc.c) as often as one of 100. */
-#include "checks.h"
+#include "rod_pendulum.h"
 
 #include <stdlib.h>
 
@@ -86,6 +86,39 @@ static void general(int n, int massive)
     compare(s, n);
     CHECK(dynstep_set_midpoint(s) == 0);
     compare(s, n);
+    CHECK(dynstep_set_extrapolation(s, 0, 0, 0, NULL) == 0);
+    CHECK(dynstep_set_generalized_alpha(s, 0.0, 1.0 / 3.0, 4.0 / 9.0, 5.0 / 6.0) == 0);
+    long few = run(s, n, 100), many = run(s, n, 1100);
+    CHECK(few == many);
+    if (few != many) printf("     generalized-alpha, n = %d: %ld and %ld calls\n", n, few, many);
+    CHECK(dynstep_delete(&s) == 0);
+}
+
+/* Calls of the allocator by a run of the pendulum, recording its multipliers */
+static long constrained_run(intptr_t s, int steps)
+{
+    static double t[5000], lambda[2 * 5000];
+    int count;
+    CHECK(dynstep_start(s, 3, 0.0, rod_q0, rod_v0) == 0);
+    CHECK(dynstep_run(s, 0.05, 0.01) == 0);
+    CHECK(dynstep_begin(s, 0.01 * (5 + steps), 0.01, 1, 0, NULL) == 0);
+    CHECK(dynstep_proceed(s, 1, 5000, &count, t, NULL, NULL, NULL) == DYNSTEP_MORE);
+    long before = allocator_calls();
+    CHECK(dynstep_proceed(s, 5000, 5000, &count, t, NULL, NULL, NULL) == 0);
+    CHECK(dynstep_record_multipliers(s, count, 2, lambda, 0, NULL) == 0);
+    return allocator_calls() - before;
+}
+
+static void constrained(int variant, int by_differences)
+{
+    double c[4];
+    intptr_t s = rod_handle(NULL);
+    CHECK(dynstep_alpha_coefficients(0.8, c) == 0);
+    CHECK(dynstep_set_soi2(s, c[0], c[1], c[2], c[3], variant) == 0);
+    if (by_differences) CHECK(dynstep_set_constraint_jacobian(s, 0, 0) == 0);
+    long few = constrained_run(s, 100), many = constrained_run(s, 1100);
+    CHECK(few == many);
+    if (few != many) printf("     variant %d, %d: %ld and %ld calls\n", variant, by_differences, few, many);
     CHECK(dynstep_delete(&s) == 0);
 }
 
@@ -104,6 +137,10 @@ int main(void)
     for (int massive = 0; massive < 2; massive++) {
         general(1, massive);
         general(LARGEST, massive);
+    }
+    for (int variant = 1; variant <= 3; variant++) {
+        constrained(variant, 0);
+        constrained(variant, 1);
     }
     return finish();
 }
