@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Run programs that solve the same problems (README.md) and compare the bits that they print.
 
-usage: compare.py NAME=PROGRAM NAME=PROGRAM ...
+usage: compare.py LINES NAME=PROGRAM NAME=PROGRAM ...     LINES: what a complete output has
 """
 import shlex
 import subprocess
 import sys
 
-LINES = 2 * (2 * 65 + 4)        # problems, runs: what a complete output has
+LINES = int(sys.argv[1])
 
 passed = failed = 0
 
@@ -21,7 +21,7 @@ def check(ok, what):
 
 
 outputs = {}
-for argument in sys.argv[1:]:
+for argument in sys.argv[2:]:
     name, _, program = argument.partition("=")
     run = subprocess.run(shlex.split(program), capture_output=True, text=True)
     check(run.returncode == 0, f"{name} ends with {run.returncode}: {run.stderr}")
