@@ -133,3 +133,28 @@ def test_nothing_but_clear_errors(value, where):
         assert any(name in str(error) for name in names) or where in str(error)
     else:
         assert s.t.size <= 5
+
+
+@QUICK
+@given(value=st.one_of(st.none(), st.text(max_size=3), st.floats(), st.lists(st.floats(), max_size=5), st.booleans(),
+                       st.complex_numbers(), st.tuples(st.floats(), st.floats()), st.lists(st.lists(st.floats(-9, 9))),
+                       st.integers(-2**70, 2**70), st.dictionaries(st.text(max_size=2), st.integers(), max_size=2)),
+       where=st.sampled_from(["constraint", "constraint_jacobian", "constraint_curvature", "velocity_constraint",
+                              "velocity_jacobian", "reaction", "reaction_jacobian", "reaction_tangent"]),
+       late=st.booleans())
+def test_functions_of_constraints_may_return_anything(value, where, late):
+    functions = {"constraint": lambda t, q: q @ q - 1.0, where: lambda t, *_: value}
+    if where == "velocity_jacobian":
+        functions["velocity_constraint"] = lambda t, q, v: [0.0]
+    if where == "reaction_jacobian":
+        functions["reaction"] = lambda t, q, v, lam, psi: -2*q*lam
+    if late and where == "constraint":
+        functions[where] = lambda t, q: value if t > 0.15 else q @ q - 1.0
+    system = dynstep.MechanicalSystem(2, lambda t, q, v: [0.0, -1.0], **functions)
+    try:
+        s = solve(system, (0, 0.3), *ROD_START, h=0.1)
+    except (ValueError, TypeError) as error:
+        # a number of constraints that cannot be is the library's to tell
+        assert where in str(error) or "m = " in str(error) or "p = " in str(error), error
+    else:
+        assert s.success or s.message and np.isfinite(s.q).all() and np.isfinite(s.lam).all()

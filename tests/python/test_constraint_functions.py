@@ -260,6 +260,30 @@ def test_an_integrator_goes_on_after_an_exception():
     assert integrator.q == pytest.approx(run().q[:, -1], abs=1e-6)
 
 
+# ---- What is wrong with them ----
+
+CHECKED_AT = 0.3, [0.9, 0.2, 0.4], [0.3, 0.2, 0.5]
+
+
+@pytest.mark.parametrize("kind", FUNCTIONS)
+def test_check_system_finds_one_per_cent(kind):
+    def wrong(*x):
+        good = FUNCTIONS[kind](*x)
+        return tuple(1.01*y for y in good) if isinstance(good, tuple) else 1.01*good
+
+    report = dynstep.check_system(MechanicalSystem(3, force, **{**FUNCTIONS, kind: wrong}), *CHECKED_AT)
+    derivative = {"constraint": "constraint_jacobian", "velocity_constraint": "velocity_jacobian",
+                  "reaction": "reaction_jacobian"}.get(kind, kind)
+    assert not report and derivative in str(report) and "t = 0.3" in str(report)
+    assert dynstep.check_system(MechanicalSystem(3, force, **FUNCTIONS), *CHECKED_AT)
+
+
+def test_check_system_finds_a_pattern_that_is_too_small():
+    g = {**FUNCTIONS, "constraint_jacobian": lambda t, q: ([2*q[0]], [-RATE])}
+    report = dynstep.check_system(MechanicalSystem(3, force, constraint_pattern=([0, 1], [0]), **g), *CHECKED_AT)
+    assert not report and "constraint 1 of g changes with q(2)" in str(report)
+
+
 # ---- What they return ----
 
 SHAPES = {"constraint": "(1,)", "constraint_jacobian": "(1, 3)", "constraint_curvature": "(1,)",

@@ -4,10 +4,10 @@ import warnings
 
 import numpy as np
 import pytest
-from problems import GRAVITY, ROD_START, rod, rod_constraint
+from problems import GRAVITY, ROD_START, driven_pendulum, knife_edge, rod, rod_constraint
 
 import dynstep
-from dynstep import SOI2, Integrator, MechanicalSystem, solve
+from dynstep import SOI2, Integrator, MechanicalSystem, check_system, solve
 
 
 def rod_jacobian(t, q):
@@ -16,6 +16,19 @@ def rod_jacobian(t, q):
 
 def rod_curvature(t, q, v):
     return 2*(v @ v)
+
+
+def knife_jacobian(t, q, v):
+    return [[np.sin(q[2]), -np.cos(q[2]), 0.0]]
+
+
+def knife_curvature(t, q, v):
+    return v[2]*(v[0]*np.cos(q[2]) + v[1]*np.sin(q[2]))
+
+
+def driven_jacobian(t, q):
+    d = q[0] - 0.3*np.sin(3*t)
+    return [[2*d, 2*q[1]]], [-1.8*d*np.cos(3*t)]
 
 
 def falling(t, q, v):
@@ -90,6 +103,26 @@ def test_more_constraints_than_coordinates():
 
 
 # ---- What is declared ----
+
+POINT = 0.3, np.array([0.7, -0.6]), np.array([0.2, 0.5])
+
+
+def test_check_system_looks_at_constraints():
+    assert check_system(rod(constraint_jacobian=rod_jacobian, constraint_curvature=rod_curvature), *POINT)
+    for name, wrong in {"constraint_jacobian": lambda t, q: -2*q,
+                        "constraint_curvature": lambda t, q, v: 3*(v @ v)}.items():
+        report = check_system(rod(**{name: wrong}), *POINT)
+        assert not report and name in str(report)
+    q, v = np.array([0.1, 0.2, 0.3]), np.array([0.5, 0.4, 0.7])
+    assert check_system(knife_edge(velocity_jacobian=knife_jacobian, velocity_curvature=knife_curvature), 0.0, q, v)
+    for name, wrong in {"velocity_jacobian": lambda t, q, v: [[np.sin(q[2]), np.cos(q[2]), 0]],
+                        "velocity_curvature": lambda t, q, v: v[0]}.items():
+        report = check_system(knife_edge(**{name: wrong}), 0.0, q, v)
+        assert not report and name in str(report)
+    assert check_system(driven_pendulum(constraint_jacobian=driven_jacobian), *POINT)
+    report = check_system(driven_pendulum(constraint_jacobian=lambda t, q: driven_jacobian(t, q)[0]), *POINT)
+    assert not report and "constraint_jacobian" in str(report)           # dg/dt is missing
+
 
 @pytest.mark.parametrize("options, words", [
     ({"constraint_jacobian": rod_jacobian}, "constraint_jacobian goes with constraint, which is not given"),

@@ -192,7 +192,6 @@ contains
       end if
    end subroutine system_velocity_curvature
 
-   !> Called where constraints%reaction_is_general says that there is a function
    recursive subroutine system_reaction(self, t, q, v, lambda, psi, r, ierr)
       class(c_constrained_system), intent(inout) :: self
       real(wp), intent(in) :: t
@@ -200,9 +199,11 @@ contains
       real(wp), intent(in) :: lambda(self%holonomic), psi(self%nonholonomic)
       real(wp), intent(out) :: r(self%n)
       integer, intent(out) :: ierr
-      ierr = -1
-      if (associated(self%r_function)) ierr = self%r_function(self%n, self%holonomic, self%nonholonomic, t, q, v, &
-         & lambda, psi, r, self%r_context)
+      if (associated(self%r_function)) then
+         ierr = self%r_function(self%n, self%holonomic, self%nonholonomic, t, q, v, lambda, psi, r, self%r_context)
+      else
+         call self%lagrange_reaction(t, q, v, lambda, psi, r, ierr)
+      end if
    end subroutine system_reaction
 
    recursive subroutine system_reaction_jacobian(self, t, q, v, lambda, psi, rl, rp, ierr)
