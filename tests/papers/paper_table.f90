@@ -2,6 +2,7 @@
 !> Rows of a paper's table: printed, computed, difference, verdict, reason.
 !>
 !>   call table%open(4, 'Error area after 3000 s')
+!>   call table%open_figure('Fig. 1', 'global errors')                    figures have no numbers: see below
 !>   call table%section('Standard Newmark')
 !>   call table%agrees(item, printed, computed, [accept, exact, accept_exact, reason])
 !>   call table%explained(item, printed, should_be, computed, [...])     the print is wrong
@@ -12,6 +13,9 @@
 !> `printed` is the figure as the paper has it; without `accept` the computed one may differ
 !> from it by one unit of its last digit (the paper cuts as often as it rounds).  `exact` is
 !> the value in exact arithmetic, from an independent study of the paper.
+!>
+!> Figures are printed as curves alone.  Their numbers come from an independent study, and stand where a
+!> table has the printed ones.
 module paper_table
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_kinds, only: wp
@@ -21,7 +25,7 @@ module paper_table
    public :: value_of, last_digit
 
    type, public :: paper_table_type
-      integer, private :: number = 0          ! of the table in the paper
+      character(len=24), private :: name = '' ! of the table or figure in the paper
       integer, private :: agreed = 0          ! figures that are what the library gives
       integer, private :: explained_count = 0 ! figures that are wrong in print, and known why
       integer, private :: rounded = 0         ! figures that are nothing but rounding errors
@@ -30,6 +34,7 @@ module paper_table
       integer, private :: failed_figures = 0
    contains
       procedure :: open => table_open
+      procedure :: open_figure => table_open_figure
       procedure :: section => table_section
       procedure :: agrees => table_agrees
       procedure :: explained => table_explained
@@ -44,10 +49,23 @@ contains
       class(paper_table_type), intent(out) :: self
       integer, intent(in) :: number
       character(len=*), intent(in) :: title
-      self%number = number
-      print '("Austin 1991, Table ", i0, ": ", a)', number, title
-      print '(2x, a, t46, a, t71, a, t95, a, t107, a)', 'item', '     printed', '      computed', 'difference', 'verdict'
+      write (self%name, '("Table ", i0)') number
+      print '("Austin 1991, ", a, ": ", a)', trim(self%name), title
+      call print_header('     printed')
    end subroutine table_open
+
+   subroutine table_open_figure(self, name, title)
+      class(paper_table_type), intent(out) :: self
+      character(len=*), intent(in) :: name, title
+      self%name = name
+      print '("Jay & Negrut 2008, ", a, ": ", a)', name, title
+      call print_header('   reference')
+   end subroutine table_open_figure
+
+   subroutine print_header(source)
+      character(len=*), intent(in) :: source
+      print '(2x, a, t46, a, t71, a, t95, a, t107, a)', 'item', source, '      computed', 'difference', 'verdict'
+   end subroutine print_header
 
    subroutine table_section(self, title)
       class(paper_table_type), intent(in) :: self
@@ -128,8 +146,8 @@ contains
    !> The last two lines: a verdict, and counts for the test runner
    subroutine table_close(self)
       class(paper_table_type), intent(in) :: self
-      print '("Table ", i0, ": ", i0, " figures, ", i0, " agree, ", i0, " within round-off, ", i0, &
-         & " wrong in print and explained, ", i0, " fail")', self%number, &
+      print '(a, ": ", i0, " figures, ", i0, " agree, ", i0, " within round-off, ", i0, &
+         & " wrong in print and explained, ", i0, " fail")', trim(self%name), &
          & self%agreed + self%rounded + self%explained_count + self%failed_figures, &
          & self%agreed, self%rounded, self%explained_count, self%failed_figures
       print '(i0, " passed, ", i0, " failed")', &
