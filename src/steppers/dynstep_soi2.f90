@@ -27,6 +27,7 @@ module dynstep_soi2
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
    use dynstep_soi2_equations, only: soi2_equations, variant_index3, variant_reduced, variant_soi2
+   use dynstep_soi2_history, only: history_type
    use dynstep_soi2_iteration, only: soi2_iteration
    use dynstep_start_check, only: check_mechanical, check_start
    use dynstep_status, only: dynstep_invalid_input, dynstep_not_finite, status_type
@@ -40,21 +41,6 @@ module dynstep_soi2
 
    integer, parameter, public :: mass_stored = 1       !! M_alpha of a step is M_{1+alpha} of the one before, with (14b)
    integer, parameter, public :: mass_recomputed = 2   !! M_alpha = M(t_alpha, y0 + h alpha z0)
-
-   !> What a step leaves to the next one
-   type :: history_type
-      real(wp) :: h = 0.0_wp                           ! length of the step
-      real(wp), allocatable :: a(:), a_used(:)         ! [n] a_{1+alpha} and a_alpha of it
-      real(wp), allocatable :: ma(:), ma_used(:)       ! [n] M_{1+alpha} a_{1+alpha} and M_alpha a_alpha
-      real(wp), allocatable :: f(:)                    ! [n] f + r at its end
-      real(wp), allocatable :: delta(:), mu(:), nu(:)  ! differences of its auxiliary variables
-      ! slopes over the step, x' of a straight line, and what their change gives for x''
-      real(wp), allocatable :: a_slope(:), lambda_slope(:), psi_slope(:)
-      real(wp), allocatable :: a_bend(:), lambda_bend(:), psi_bend(:)
-      real(wp), allocatable :: gq(:)                   ! entries of G at its end
-      logical :: has_bend = .false.                    ! there was a step before it
-      logical :: bends_better = .false.                ! parabolas predicted it better than straight lines
-   end type history_type
 
    type, extends(stepper_type), public :: soi2_stepper
       type(alpha_coefficients) :: coefficients         !! those of rho_inf = 0.8
@@ -72,9 +58,8 @@ module dynstep_soi2
       type(matrix_type), allocatable, private :: m_alpha
       type(history_type), private :: history(2)        ! of the last accepted step and of the last trial
       integer, private :: past = 1                     ! which of the two is that of the last accepted step
-      logical, private :: has_past = .false.           ! there was a step since `start`
       logical, private :: knows_mass = .false.         ! a constant M was evaluated
-      real(wp), allocatable, private :: a_alpha(:), ma_alpha(:), q_at(:), v_at(:)
+      real(wp), allocatable, private :: a_alpha(:), ma_alpha(:), q_at(:), v_at(:), lambda_at(:), psi_at(:)
    contains
       procedure :: properties => soi2_properties
       procedure :: init => soi2_init
@@ -113,6 +98,7 @@ contains
       class(soi2_stepper), intent(inout) :: self
       class(ode_system), intent(inout) :: sys
       type(status_type), intent(inout) :: status
+      integer :: i
 
       if (status%failed()) return
       call self%note_init()
@@ -135,30 +121,18 @@ contains
          associate (s => sys%structure)
             call self%m_alpha%init(s%mass, sys%n, s%mass_kl, s%mass_ku, s%mass_is_symmetric, status)
          end associate
-         call allocate_history(self%history(1), sys%n, sys%holonomic, sys%nonholonomic, &
-            & size(self%eqs%motion%gq%value))
-         call allocate_history(self%history(2), sys%n, sys%holonomic, sys%nonholonomic, &
-            & size(self%eqs%motion%gq%value))
-         if (allocated(self%a_alpha)) deallocate (self%a_alpha, self%ma_alpha, self%q_at, self%v_at)
+         do i = 1, 2
+            call self%history(i)%init(sys%n, sys%holonomic, sys%nonholonomic, size(self%eqs%motion%gq%value))
+         end do
+         if (allocated(self%a_alpha)) deallocate (self%a_alpha, self%ma_alpha, self%q_at, self%v_at, &
+            & self%lambda_at, self%psi_at)
          associate (n => sys%n)
-            allocate (self%a_alpha(n), self%ma_alpha(n), self%q_at(n), self%v_at(n), source=0.0_wp)
+            allocate (self%a_alpha(n), self%ma_alpha(n), self%q_at(n), self%v_at(n), self%lambda_at(sys%holonomic), &
+               & self%psi_at(sys%nonholonomic), source=0.0_wp)
          end associate
       end select
       if (.not. status%failed()) call self%note_init(sys)
    end subroutine soi2_init
-
-   pure subroutine allocate_history(history, n, m, p, entries)
-      type(history_type), intent(inout) :: history
-      integer, intent(in) :: n, m, p
-      integer, intent(in) :: entries           !! of G
-      if (allocated(history%a)) deallocate (history%a, history%a_used, history%ma, history%ma_used, history%f, &
-         & history%delta, history%mu, history%nu, history%a_slope, history%lambda_slope, history%psi_slope, &
-         & history%a_bend, history%lambda_bend, history%psi_bend, history%gq)
-      allocate (history%a(n), history%a_used(n), history%ma(n), history%ma_used(n), history%f(n), history%delta(n), &
-         & history%a_slope(n), history%a_bend(n), history%mu(m), history%lambda_slope(m), history%lambda_bend(m), &
-         & history%nu(p), history%psi_slope(p), history%psi_bend(p), &
-         & history%gq(entries), source=0.0_wp)
-   end subroutine allocate_history
 
    recursive subroutine check_options(self, status)
       class(soi2_stepper), intent(in) :: self
@@ -192,7 +166,7 @@ contains
    pure subroutine soi2_reset(self)
       class(soi2_stepper), intent(inout) :: self
       call self%count%zero()
-      self%has_past = .false.
+      self%history%is_there = .false.
       self%knows_mass = .false.
       if (.not. allocated(self%iteration)) return
       call self%iteration%forget()
@@ -260,7 +234,7 @@ contains
       class is (mechanical_system)
          call old_acceleration(self, state, h)
          call one_step(self, sys, state, h, t1, status)
-         if (self%second_order_start .and. .not. self%has_past .and. abs(self%coefficients%alpha()) > 0.0_wp) &
+         if (self%second_order_start .and. .not. self%history(self%past)%is_there .and. abs(self%coefficients%alpha()) > 0.0_wp) &
             & call repeat_first_step(self, sys, state, h, t1, status)
          if (.not. status%failed()) call keep(self, state, trial)
       end select
@@ -272,10 +246,10 @@ contains
       type(state_type), intent(in) :: state
       real(wp), intent(in) :: h
       associate (past => self%history(self%past))
-         if (.not. self%has_past) then
+         if (.not. past%is_there) then
             self%a_alpha = state%a
          else if (self%adjust_acceleration) then
-            self%a_alpha = past%a + (self%coefficients%alpha()*(h/past%h - 1.0_wp))*(past%a - past%a_used)
+            call past%adjusted_acceleration(self%coefficients%alpha(), h, self%a_alpha)
          else
             self%a_alpha = past%a
          end if
@@ -304,7 +278,7 @@ contains
          eqs%dz = (h*(1.0_wp - c%gamma))*self%a_alpha
          eqs%w = c%alpha_m*self%ma_alpha - c%alpha_f*self%history(self%past)%f
          eqs%old_gq = self%history(self%past)%gq
-         call predict(self, state, h)
+         call self%history(self%past)%predict(c%alpha(), h, state, self%a_alpha, eqs)
          call self%iteration%solve(sys, eqs, self%count, status)
          if (status%failed()) return
          call eqs%place()
@@ -332,7 +306,7 @@ contains
          self%ma_alpha = 0.0_wp
          if (sys%structure%mass_is_constant) then
             call self%eqs%m1%multiply_add(1.0_wp, self%a_alpha, self%ma_alpha)
-         else if (self%mass_at == mass_stored .and. self%has_past) then
+         else if (self%mass_at == mass_stored .and. past%is_there) then
             ratio = alpha*(h/past%h - 1.0_wp)
             if (.not. self%adjust_momentum) ratio = 0.0_wp
             self%ma_alpha = past%ma + ratio*(past%ma - past%ma_used)
@@ -377,39 +351,6 @@ contains
       end do
    end function largest_diagonal
 
-   !> a, lambda, psi by extrapolation, by parabolas where these served better in the step before, the
-   !> differences as they were in proportion to h^2
-   pure subroutine predict(self, state, h)
-      class(soi2_stepper), intent(inout) :: self
-      type(state_type), intent(in) :: state
-      real(wp), intent(in) :: h
-      real(wp) :: ahead, ratio
-      associate (eqs => self%eqs, past => self%history(self%past))
-         if (.not. self%has_past) then
-            eqs%a = self%a_alpha
-            eqs%lambda = state%lambda
-            eqs%psi = state%psi
-            eqs%delta = 0.0_wp
-            eqs%mu = 0.0_wp
-            eqs%nu = 0.0_wp
-            return
-         end if
-         ahead = h + self%coefficients%alpha()*(h - past%h)
-         eqs%a = past%a + ahead*past%a_slope
-         eqs%lambda = state%lambda + h*past%lambda_slope
-         eqs%psi = state%psi + h*past%psi_slope
-         if (past%has_bend .and. past%bends_better) then
-            eqs%a = eqs%a + (0.5_wp*ahead*(ahead + past%h))*past%a_bend
-            eqs%lambda = eqs%lambda + (0.5_wp*h*(h + past%h))*past%lambda_bend
-            eqs%psi = eqs%psi + (0.5_wp*h*(h + past%h))*past%psi_bend
-         end if
-         ratio = (h/past%h)**2
-         eqs%delta = ratio*past%delta
-         eqs%mu = ratio*past%mu
-         eqs%nu = ratio*past%nu
-      end associate
-   end subroutine predict
-
    !> The first step again, with a_alpha = (1 - alpha) a0 + alpha a(t1), where a(t1) is consistent with the first
    !> result: a_alpha is then a(t0 + alpha h) + O(h^2) (section 2, after (8))
    recursive subroutine repeat_first_step(self, sys, state, h, t1, status)
@@ -421,81 +362,37 @@ contains
       type(start_report) :: report
       if (status%failed()) return
       associate (eqs => self%eqs, next => self%history(3 - self%past), alpha => self%coefficients%alpha())
-         next%mu = eqs%lambda
-         next%nu = eqs%psi
-         call self%consistency%solve(sys, t1, eqs%y1, eqs%z1, next%a, next%mu, next%nu, next%f, report, self%count, status)
+         self%lambda_at = eqs%lambda
+         self%psi_at = eqs%psi
+         call self%consistency%solve(sys, t1, eqs%y1, eqs%z1, next%a, self%lambda_at, self%psi_at, next%f, report, &
+            & self%count, status)
          self%a_alpha = state%a + alpha*(next%a - state%a)
          call one_step(self, sys, state, h, t1, status)
       end associate
    end subroutine repeat_first_step
 
-   !> The trial point, and what the step would leave to the next one.  f + r at its end follows from (13e) itself.
+   !> The trial point, and what the step would leave to the next one
    pure subroutine keep(self, state, trial)
       class(soi2_stepper), intent(inout) :: self
       type(state_type), intent(in) :: state
       type(state_type), intent(inout) :: trial
       integer :: n
       n = size(self%a_alpha)
-      associate (eqs => self%eqs, next => self%history(3 - self%past), c => self%coefficients)
+      associate (eqs => self%eqs, alpha => self%coefficients%alpha())
          trial%y(1:n) = eqs%y1
          trial%y(n + 1:) = eqs%z1
-         trial%a = eqs%a - c%alpha()*(eqs%a - self%a_alpha)
+         trial%a = eqs%a - alpha*(eqs%a - self%a_alpha)
          trial%lambda = eqs%lambda
          trial%psi = eqs%psi
-         next%h = eqs%h
-         next%a = eqs%a
-         next%a_used = self%a_alpha
-         next%ma = 0.0_wp
-         call eqs%m1%multiply_add(1.0_wp, eqs%a, next%ma)
-         next%ma_used = self%ma_alpha
-         next%f = ((1.0_wp - c%alpha_m)*next%ma + eqs%w)/(1.0_wp - c%alpha_f)
-         next%gq = eqs%motion%gq%value
-         next%delta = eqs%delta
-         next%mu = eqs%mu
-         next%nu = eqs%nu
-         next%a_slope = (next%a - next%a_used)/next%h
-         next%lambda_slope = (trial%lambda - state%lambda)/next%h
-         next%psi_slope = (trial%psi - state%psi)/next%h
+         call self%history(3 - self%past)%take(self%history(self%past), state, self%a_alpha, self%ma_alpha, eqs)
       end associate
-      call keep_bends(self)
    end subroutine keep
-
-   !> Second derivatives from the change of the slopes, between the middles of the two steps, and whether they would
-   !> have predicted this step better
-   pure subroutine keep_bends(self)
-      class(soi2_stepper), intent(inout) :: self
-      real(wp) :: alpha, apart, ahead, straight, bent, miss
-      integer :: i
-      alpha = self%coefficients%alpha()
-      associate (next => self%history(3 - self%past), past => self%history(self%past))
-         next%has_bend = self%has_past
-         next%bends_better = .false.
-         if (.not. next%has_bend) return
-         apart = (0.5_wp + alpha)*next%h + (0.5_wp - alpha)*past%h
-         next%a_bend = (next%a_slope - past%a_slope)/apart
-         apart = 0.5_wp*(next%h + past%h)
-         next%lambda_bend = (next%lambda_slope - past%lambda_slope)/apart
-         next%psi_bend = (next%psi_slope - past%psi_slope)/apart
-         next%bends_better = .true.
-         if (.not. past%has_bend) return
-         ahead = next%h + alpha*(next%h - past%h)
-         straight = 0.0_wp
-         bent = 0.0_wp
-         do i = 1, size(next%a)
-            miss = next%a(i) - (past%a(i) + ahead*past%a_slope(i))
-            straight = max(straight, abs(miss))
-            bent = max(bent, abs(miss - (0.5_wp*ahead*(ahead + past%h))*past%a_bend(i)))
-         end do
-         next%bends_better = bent < straight
-      end associate
-   end subroutine keep_bends
 
    recursive subroutine soi2_accept(self, state, trial)
       class(soi2_stepper), intent(inout) :: self
       type(state_type), intent(inout) :: state, trial
       call swap_states(self, state, trial)
       self%past = 3 - self%past
-      self%has_past = .true.
    end subroutine soi2_accept
 
    !> a_{n+alpha} of the last accepted step, which belongs to t_n + alpha h
