@@ -30,8 +30,8 @@ module dynstep_soi2
    use dynstep_soi2_history, only: history_type
    use dynstep_soi2_iteration, only: soi2_iteration
    use dynstep_start_check, only: check_mechanical, check_start
-   use dynstep_status, only: dynstep_invalid_input, dynstep_not_finite, status_type
-   use dynstep_stepper, only: method_properties, state_type, stepper_type, swap_states
+   use dynstep_status, only: dynstep_invalid_input, dynstep_not_converged, dynstep_not_finite, status_type
+   use dynstep_stepper, only: allocate_state, clock_type, method_properties, state_type, stepper_type, swap_states
    use dynstep_text, only: text
    implicit none
    private
@@ -50,12 +50,13 @@ module dynstep_soi2
       logical :: adjust_momentum = .true.              !! (14b)
       logical :: second_order_start = .true.           !! a_alpha of the first step to O(h^2); .false.: a_alpha = a0
       integer :: start_mode = start_project            !! what to do with a start that is off the constraints
-      type(newton_options) :: newton                   !! limit and tolerance are read
+      type(newton_options) :: newton                   !! limit, tolerance; halvings: of a step of `advance`
       type(start_report) :: report                     !! what `start` found and moved
       type(soi2_equations), allocatable, private :: eqs
       type(soi2_iteration), allocatable, private :: iteration
       type(consistent_start), allocatable, private :: consistency
       type(matrix_type), allocatable, private :: m_alpha
+      type(state_type), private :: trial               ! of `advance`
       type(history_type), private :: history(2)        ! of the last accepted step and of the last trial
       integer, private :: past = 1                     ! which of the two is that of the last accepted step
       logical, private :: knows_mass = .false.         ! a constant M was evaluated
@@ -67,6 +68,7 @@ module dynstep_soi2
       procedure :: start => soi2_start
       procedure :: try_step => soi2_try_step
       procedure :: accept => soi2_accept
+      procedure :: advance => soi2_advance
       procedure :: last_a_alpha => soi2_last_a_alpha
    end type soi2_stepper
 
@@ -394,6 +396,84 @@ contains
       call swap_states(self, state, trial)
       self%past = 3 - self%past
    end subroutine soi2_accept
+
+   !> `steps` steps of length clock%h.  A step whose iteration does not converge is made of shorter ones, with (14) between
+   !> them; counters tell: each of them is a sub-step, each refused length a rejection.
+   recursive subroutine soi2_advance(self, sys, state, clock, steps, status, complete)
+      class(soi2_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(clock_type), intent(inout) :: clock
+      integer, intent(in) :: steps
+      type(status_type), intent(inout) :: status
+      logical, intent(in) :: complete
+      integer :: i
+
+      if (status%failed()) return
+      call allocate_state(sys, self%trial, status)
+      do i = 1, steps
+         call self%try_step(sys, state, clock%h, clock%time(1), self%trial, status)
+         if (may_be_divided(self, status)) then
+            call divided_step(self, sys, state, clock%h, clock%time(1), status)
+         else if (.not. status%failed()) then
+            call self%accept(state, self%trial)
+         end if
+         if (status%failed()) return
+         clock%k = clock%k + 1
+      end do
+   end subroutine soi2_advance
+
+   pure logical function may_be_divided(self, status)
+      class(soi2_stepper), intent(in) :: self
+      type(status_type), intent(in) :: status
+      may_be_divided = status%code == dynstep_not_converged .and. status%retry .and. self%newton%halvings > 0
+   end function may_be_divided
+
+   !> One step from state%t to t1 = state%t + h as several shorter ones: halved until the iteration converges, doubled again
+   !> where it does, below the growth limit.  On failure everything is as it was.
+   recursive subroutine divided_step(self, sys, state, h, t1, status)
+      class(soi2_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      real(wp), intent(in) :: h, t1
+      type(status_type), intent(inout) :: status
+      type(state_type) :: begin
+      type(history_type) :: left
+      real(wp) :: length, rest
+      integer :: halvings
+
+      begin = state
+      left = self%history(self%past)
+      self%count%steps = self%count%steps + 1
+      length = h
+      rest = h
+      halvings = 0
+      do while (abs(rest) > 0.0_wp)
+         if (status%failed()) then
+            if (.not. may_be_divided(self, status) .or. halvings == self%newton%halvings) exit
+            call status%clear()
+            halvings = halvings + 1
+            length = 0.5_wp*length
+            self%count%rejections = self%count%rejections + 1
+         end if
+         if (abs(rest) < 1.5_wp*abs(length)) length = rest
+         rest = rest - length
+         call self%try_step(sys, state, length, merge(state%t + length, t1, abs(rest) > 0.0_wp), self%trial, status)
+         if (status%failed()) then
+            rest = rest + length
+            cycle
+         end if
+         call self%accept(state, self%trial)
+         self%count%steps = self%count%steps - 1
+         self%count%substeps = self%count%substeps + 1
+         length = min(2.0_wp, 0.9_wp*self%coefficients%growth_limit())*length
+      end do
+      if (.not. status%failed()) return
+      state = begin
+      self%history(self%past) = left
+      self%count%steps = self%count%steps - 1
+      status%message = trim(status%message)//' (the step was halved '//text(halvings)//' times)'
+   end subroutine divided_step
 
    !> a_{n+alpha} of the last accepted step, which belongs to t_n + alpha h
    pure subroutine soi2_last_a_alpha(self, a_alpha)
