@@ -15,7 +15,7 @@ module constrained_runs
    implicit none
    private
 
-   public :: end_of_pendulum, print_errors, compare_errors, observed_order, sweep, turn
+   public :: end_of_pendulum, first_steps, print_errors, compare_errors, observed_order, sweep, turn
 
    integer, parameter, public :: coarsest = 2, finest = 12       !! h = 2^-2 ... 2^-12
    character(len=*), parameter, public :: names(5) = [character(len=6) :: 'y', 'z', 'a', 'lambda', 'psi']
@@ -87,6 +87,29 @@ contains
       call sys%angle_motion(theta, rate, q, v, a, lambda)
       errors(3) = norm2(a_alpha - a)
    end subroutine pendulum_errors
+
+   !> Errors of a and lambda of (16) after a few steps of one length
+   subroutine first_steps(stepper, h, steps, error_a, error_lambda)
+      type(soi2_stepper), intent(in) :: stepper
+      real(wp), intent(in) :: h
+      integer, intent(in) :: steps
+      real(wp), intent(out) :: error_a, error_lambda
+      type(rod_pendulum) :: sys
+      type(state_type) :: state
+      real(wp) :: a_alpha(3), t_alpha, q(3), v(3), a(3), lambda(2), at(2), x(2), q0(3), v0(3)
+      call sys%setup()
+      x = [1.5_wp*acos(-1.0_wp), 10.0_wp]
+      call sys%start(x(1), x(2), q0, v0)
+      call run(stepper, sys, [q0, v0], 0.0_wp, steps*h, h, .false., state, a_alpha, t_alpha)
+      at = x
+      call turn(sys, t_alpha, 200, at(1), at(2))
+      call sys%angle_motion(at(1), at(2), q, v, a, lambda)
+      error_a = norm2(a_alpha - a)
+      at = x
+      call turn(sys, steps*h, 200, at(1), at(2))
+      call sys%angle_motion(at(1), at(2), q, v, a, lambda)
+      error_lambda = norm2(state%lambda - lambda)
+   end subroutine first_steps
 
    !> The motion of (16) at t = 2: the equation of the angle and the index-1 form of (16), solved with 40 digits,
    !> agree in 31
