@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The constrained problems of README.md by the Fortran modules.
+!> The constrained problems of README.md by the Fortran modules; with an argument problem c alone.
 module constrained_systems
    use dynstep, only: jacobian_type, matrix_type, mechanical_system, wp
    implicit none
@@ -13,7 +13,6 @@ module constrained_systems
       procedure :: tangent => rod_tangent
       procedure :: constraint => rod_constraint
       procedure :: constraint_jacobian => rod_constraint_jacobian
-      procedure :: constraint_curvature => rod_constraint_curvature
    end type rod_type
 
    !> Problem d
@@ -84,16 +83,6 @@ contains
       ierr = 0
       gq%value = [1.0_wp, 0.0_wp, 2.0_wp*sin(q(3)), 0.0_wp, 1.0_wp, -(2.0_wp*cos(q(3)))]
    end subroutine rod_constraint_jacobian
-
-   recursive subroutine rod_constraint_curvature(self, t, q, v, c, ierr)
-      class(rod_type), intent(inout) :: self
-      real(wp), intent(in) :: t
-      real(wp), intent(in) :: q(self%n), v(self%n)
-      real(wp), intent(out) :: c(self%holonomic)
-      integer, intent(out) :: ierr
-      ierr = 0
-      c = [(2.0_wp*(v(3)*v(3)))*cos(q(3)), (2.0_wp*(v(3)*v(3)))*sin(q(3))]
-   end subroutine rod_constraint_curvature
 
    recursive subroutine edge_force(self, t, q, v, f, ierr)
       class(edge_type), intent(inout) :: self
@@ -223,6 +212,7 @@ program constrained_fortran
    rod%structure%tangent_is_constant = .true.
    call one_run('c', 'soi2', 0.8_wp, rod, [0.0_wp, -2.0_wp, 4.71238898038469_wp, 20.0_wp, 0.0_wp, 10.0_wp])
    call one_run('c', 'times', 0.8_wp, rod, [0.0_wp, -2.0_wp, 4.71238898038469_wp, 20.0_wp, 0.0_wp, 10.0_wp])
+   if (command_argument_count() > 0) stop
 
    edge%n = 3
    edge%holonomic = 1

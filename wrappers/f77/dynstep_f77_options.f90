@@ -2,6 +2,7 @@
 !> The options of the FORTRAN 77 drivers: systems, methods and output from IOPT and ROPT.
 module dynstep_f77_options
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_equilibrium, only: newton_options
    use dynstep_f77_systems, only: f77_force, f77_linear_system, f77_load, f77_mass, f77_system, f77_tangent
    use dynstep_flat_method, only: base_midpoint, build_method, method_settings
    use dynstep_integrate, only: control_type
@@ -17,7 +18,7 @@ module dynstep_f77_options
    private
 
    public :: describe_external, describe_linear, describe_levels, check_levels
-   public :: describe_method, describe_output, check_span
+   public :: describe_method, describe_newton, describe_output, check_span, check_not_negative
 
    ! Places in IOPT, see the prologue of DSNEWM
    integer, parameter :: at_every = 1, at_times = 2, at_limit = 3, at_halvings = 4, at_base = 5, at_levels = 6, &
@@ -44,7 +45,7 @@ contains
       integer, intent(in) :: iopt(*)
       real(wp), intent(inout), target :: rpar(*)
       integer, intent(inout), target :: ipar(*)
-      type(f77_system), intent(inout) :: sys
+      class(f77_system), intent(inout) :: sys
       type(status_type), intent(inout) :: status
 
       call check_size(n, status)
@@ -201,16 +202,24 @@ contains
          method%beta = ropt(at_beta)
          method%gamma = ropt(at_gamma)
       end if
-      if (iopt(at_limit) < 0) call status%set(dynstep_invalid_input, 'IOPT('//text(at_limit)//') = ' &
-         & //text(iopt(at_limit))//', most Newton corrections in a step, must not be negative')
-      if (iopt(at_limit) > 0) method%newton%limit = iopt(at_limit)
-      if (iopt(at_halvings) /= 0) method%newton%halvings = max(0, iopt(at_halvings))
-      call check_not_negative(at_tolerance, 'the tolerance of Newton''s iteration', ropt, status)
-      method%newton%tolerance = ropt(at_tolerance)
+      call describe_newton(iopt, ropt, method%newton, status)
       method%levels = levels
       if (levels > 0) call describe_sequence(levels, iopt, method, status)
       if (.not. status%failed()) call build_method(method, stepper)
    end subroutine describe_method
+
+   recursive subroutine describe_newton(iopt, ropt, newton, status)
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(in) :: ropt(*)
+      type(newton_options), intent(inout) :: newton
+      type(status_type), intent(inout) :: status
+      if (iopt(at_limit) < 0) call status%set(dynstep_invalid_input, 'IOPT('//text(at_limit)//') = ' &
+         & //text(iopt(at_limit))//', most Newton corrections in a step, must not be negative')
+      if (iopt(at_limit) > 0) newton%limit = iopt(at_limit)
+      if (iopt(at_halvings) /= 0) newton%halvings = max(0, iopt(at_halvings))
+      call check_not_negative(at_tolerance, 'the tolerance of Newton''s iteration', ropt, status)
+      newton%tolerance = ropt(at_tolerance)
+   end subroutine describe_newton
 
    !> ROPT(at) is finite and >= 0; no comparison with a NaN, which may trap
    recursive subroutine check_not_negative(at, name, ropt, status)

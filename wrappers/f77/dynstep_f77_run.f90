@@ -18,7 +18,7 @@ module dynstep_f77_run
    implicit none
    private
 
-   public :: run_external, run_linear, table_external
+   public :: run_external, run_linear, table_external, advance, give_counts
 
 contains
 
@@ -126,7 +126,7 @@ contains
       message = status%message
    end subroutine table_external
 
-   !> From T to TEND; T, Q, V, A are changed where the start could be made
+   !> From T to TEND by Newmark's method, the midpoint rule, or an extrapolation
    recursive subroutine run(sys, extrapolated, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, status)
       class(mechanical_system), intent(inout) :: sys
       logical, intent(in) :: extrapolated
@@ -140,16 +140,36 @@ contains
       integer, intent(inout) :: icnt(*)
       type(status_type), intent(inout) :: status
       class(stepper_type), allocatable :: stepper
-      type(state_type) :: state
-      type(control_type) :: control
       type(f77_output) :: output
+      type(state_type) :: state
       integer :: levels
-      logical :: wanted
 
       icnt(:10) = 0
       levels = 0
       if (extrapolated) call describe_levels(iopt, levels, status)
       call describe_method(levels, iopt, ropt, stepper, status)
+      output%out_external => out
+      call advance(sys, stepper, output, state, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, status)
+      if (allocated(stepper)) call give_counts(stepper%count, icnt)
+   end subroutine run
+
+   !> Start at T, Q, V and integrate to TEND; T, Q, V, A are changed where the start could be made, and
+   !> `state` has its arrays then
+   recursive subroutine advance(sys, stepper, output, state, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, status)
+      class(mechanical_system), intent(inout) :: sys
+      class(stepper_type), allocatable, intent(inout) :: stepper
+      class(f77_output), intent(inout) :: output          !! with the subroutine OUT
+      type(state_type), intent(inout) :: state
+      real(wp), intent(inout) :: t, q(*), v(*), a(*)
+      real(wp), intent(in) :: tend, h
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(in) :: ropt(*)
+      real(wp), intent(inout), target :: rpar(*)
+      integer, intent(inout), target :: ipar(*)
+      type(status_type), intent(inout) :: status
+      type(control_type) :: control
+      logical :: wanted
+
       call describe_output(t, tend, h, iopt, ropt, control, wanted, status)
       if (status%failed()) return
       call stepper%init(sys, status)
@@ -160,25 +180,22 @@ contains
          state%y(1:n) = q(1:n)
          state%y(n + 1:) = v(1:n)
          call stepper%start(sys, state, status)
-         if (.not. status%failed()) then
-            if (wanted) then
-               output%n = n
-               output%out_external => out
-               output%rpar => rpar(1:1)
-               output%ipar => ipar(1:1)
-               call integrate(stepper, sys, state, tend, control, status, recorder=output)
-            else
-               call integrate(stepper, sys, state, tend, control, status)
-            end if
-            t = state%t
-            q(1:n) = state%y(1:n)
-            v(1:n) = state%y(n + 1:)
-            a(1:n) = state%a
+         if (.not. stepper%is_started) return
+         output%n = n
+         output%rpar => rpar(1:1)
+         output%ipar => ipar(1:1)
+         if (wanted) then
+            call integrate(stepper, sys, state, tend, control, status, recorder=output)
+         else
+            call integrate(stepper, sys, state, tend, control, status)
          end if
+         t = state%t
+         q(1:n) = state%y(1:n)
+         v(1:n) = state%y(n + 1:)
+         a(1:n) = state%a
       end associate
       if (output%stopped) call status%set(dynstep_stopped, 'OUT asked to stop; the run ended at t = '//text(state%t))
-      call give_counts(stepper%count, icnt)
-   end subroutine run
+   end subroutine advance
 
    !> The counters in the order of the prologue, cut to what an INTEGER holds
    recursive subroutine give_counts(count, icnt)
