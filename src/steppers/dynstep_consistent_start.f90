@@ -308,7 +308,8 @@ contains
          psi = 0.0_wp
       end if
       call iterate(self, sys, t, q, v, a, lambda, psi, report, count, status)
-      if (status%failed() .and. sys%constraints%reaction_is_general) then
+      if (sys%constraints%reaction_is_general .and. (status%code == dynstep_inconsistent_start .or. &
+         & status%code == dynstep_singular_matrix)) then
          ! multipliers of zero are a singular point of many reactions
          call status%clear()
          a = 0.0_wp

@@ -20,8 +20,9 @@ module dynstep_soi2_matrices
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_saddle_point, only: saddle_point_type
    use dynstep_soi2_equations, only: soi2_equations
-   use dynstep_status, only: status_type
+   use dynstep_status, only: dynstep_not_finite, status_type
    use dynstep_stepper, only: step_counters
+   use dynstep_text, only: text
    implicit none
    private
 
@@ -172,9 +173,12 @@ contains
          call check_callback('tangent', ierr, eqs%t1, status)
          if (status%failed()) return
          self%tangents_are_given = sys%difference_forces == before
+         call check_tangents(self, 'tangent', eqs%t1, status)
+         if (status%failed()) return
          if (con%has_reaction_tangent) then
             call sys%reaction_tangent(eqs%t1, eqs%y1, eqs%z1, eqs%lambda, eqs%psi, self%k, self%c, ierr)
             call check_callback('reaction_tangent', ierr, eqs%t1, status)
+            call check_tangents(self, 'reaction_tangent', eqs%t1, status)
             if (status%failed()) return
          end if
          ! old matrices would be wrong where M or the tangents change
@@ -185,6 +189,20 @@ contains
       call self%k%absolute_row_sums(self%k_rows)
       call self%c%absolute_row_sums(self%c_rows)
    end subroutine take_tangents
+
+   !> A status where Kq or Cv has an entry that is NaN or infinite
+   pure subroutine check_tangents(self, name, t, status)
+      class(soi2_matrices), intent(in) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: t
+      type(status_type), intent(inout) :: status
+      integer :: row, column
+      if (status%failed()) return
+      call self%k%first_not_finite(row, column)
+      if (row == 0 .and. self%c%kind /= kind_zero) call self%c%first_not_finite(row, column)
+      if (row > 0) call status%set(dynstep_not_finite, name//' returned a number that is not finite in row '//text(row) &
+         & //', column '//text(column)//' at t = '//text(t)//'; a smaller step may keep it in its domain', retry=.true.)
+   end subroutine check_tangents
 
    !> How much stiffness and damping of the step outweigh the mass, by rows
    pure real(wp) function stiffness_ratio(self, eqs) result(ratio)
