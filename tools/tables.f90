@@ -30,27 +30,18 @@ contains
       type(method_properties) :: facts
       type(status_type) :: status
       integer :: i
-      print '(a)', '| method | Austin 1991 | order of q, v | of a | of error estimate | solves a step | symmetric ' &
-         & //'| stable up to omega h |', '| --- | --- | --- | --- | --- | --- | --- | --- |'
+      print '(a)', '| method | source | order of q, v | of a | of lambda, psi | of error estimate | solves a step ' &
+         & //'| symmetric | stable up to omega h |', '| --- | --- | --- | --- | --- | --- | --- | --- | --- |'
       do i = 1, size(method_names)
          call new_method(method_names(i), stepper, status)
          if (status%failed()) error stop 'a name of the list is unknown to new_method'
          facts = stepper%properties()
-         print '(*(a))', '| `', trim(method_names(i)), '` | ', place(facts%source), ' | ', number(facts%order), &
-            & ' | ', number(facts%acceleration_order), ' | ', number(facts%error_order), ' | ', &
-            & number(facts%stages), ' | ', trim(merge('yes', 'no ', facts%symmetric)), ' | ', &
-            & limit_of(stepper, facts%stability_limit), ' |'
+         print '(*(a))', '| `', trim(method_names(i)), '` | ', trim(facts%source), ' | ', number(facts%order), &
+            & ' | ', number(facts%acceleration_order), ' | ', number(facts%multiplier_order), ' | ', &
+            & number(facts%error_order), ' | ', number(facts%stages), ' | ', trim(merge('yes', 'no ', facts%symmetric)), &
+            & ' | ', limit_of(stepper, facts%stability_limit), ' |'
       end do
    end subroutine print_methods
-
-   !> Sections and equations of the paper
-   function place(source) result(words)
-      character(len=*), intent(in) :: source
-      character(len=:), allocatable :: words
-      character(len=*), parameter :: paper = 'Austin 1991, '
-      words = trim(source)
-      if (index(words, paper) == 1) words = words(len(paper) + 1:)
-   end function place
 
    !> What properties tell, or what the analysis finds for an extrapolation, without damping
    function limit_of(stepper, known) result(words)
