@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Explicit interfaces of the LAPACK routines that the library calls.
+!> Explicit interfaces of the LAPACK and BLAS routines that the library calls.
 !>
 !> They are declared pure: with correct arguments none of them prints or stops
 !> (XERBLA is reached by wrong arguments only).
@@ -8,7 +8,7 @@ module dynstep_lapack
    implicit none
    private
 
-   public :: dgbtrf, dgbtrs, dgeqp3, dgetrf, dgetrs, dlacn2, dpbtrf, dpbtrs, dpotrf, dpotrs, dsterf
+   public :: dgbtrf, dgbtrs, dgeqp3, dgetrf, dgetrs, dlacn2, dpbtrf, dpbtrs, dpotrf, dpotrs, dsterf, dsyrk
 
    interface
       !> A = P L U, band storage with kl rows of fill room on top
@@ -109,6 +109,16 @@ module dynstep_lapack
          real(wp), intent(inout) :: e(*)          !! off-diagonal [n-1], destroyed
          integer, intent(out) :: info             !! > 0: so many did not converge
       end subroutine dsterf
+
+      !> C = alpha A A^T + beta C (trans = 'N'), one triangle
+      pure subroutine dsyrk(uplo, trans, n, k, alpha, a, lda, beta, c, ldc)
+         import :: wp
+         character(len=1), intent(in) :: uplo, trans
+         integer, intent(in) :: n, k, lda, ldc
+         real(wp), intent(in) :: alpha, beta
+         real(wp), intent(in) :: a(lda, *)        !! [n, k]
+         real(wp), intent(inout) :: c(ldc, *)     !! [n, n]
+      end subroutine dsyrk
 
       !> Higham's estimate of the 1-norm of an operator, by reverse communication:
       !> kase = 1 asks for x = B x, kase = 2 for x = B^T x, kase = 0 says done

@@ -17,7 +17,7 @@ module dynstep_scaling
    implicit none
    private
 
-   public :: one_norm, reciprocal_power, row_column_scales
+   public :: absolute_sum, one_norm, reciprocal_power, row_column_scales
 
    !> Scaled pivots below this one call for a condition estimate.  A rigid body's vanishing
    !> pivot keeps a rounding error of about eps*n**3/3 on a free bending chain, which stays

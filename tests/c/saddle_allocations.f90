@@ -91,6 +91,12 @@ contains
          if (general) call saddle%factorize(a, g, k, status, 1.0_wp, rl=rl, rp=rp)
          call saddle%solve(x, lambda, psi)
       end do
+      if (kind == kind_diagonal) then
+         ! not for the complement of A
+         call a%set_entry(1, 1, -2.0_wp)
+         call saddle%factorize(a, g, k, status, 1.0_wp)
+         call saddle%solve(x, lambda, psi)
+      end if
       calls = allocator_calls() - before
       write (what, '("kind ", i0, ", n = ", i0, ", patterned: ", l1, ", general: ", l1)') kind, n, patterned, general
       call count_one(.not. status%failed(), trim(what)//trim(status%message))

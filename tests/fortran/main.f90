@@ -26,6 +26,7 @@ program tester
    use test_ordering, only: collect_ordering
    use test_rank, only: collect_rank
    use test_saddle_point, only: collect_saddle_point
+   use test_saddle_schur, only: collect_saddle_schur
    use test_singular, only: collect_singular
    use test_stability, only: collect_stability
    use test_stiff, only: collect_stiff
@@ -51,6 +52,7 @@ program tester
       & new_testsuite('singular', collect_singular), &
       & new_testsuite('ordering', collect_ordering), &
       & new_testsuite('saddle_point', collect_saddle_point), &
+      & new_testsuite('saddle_schur', collect_saddle_schur), &
       & new_testsuite('rank', collect_rank), &
       & new_testsuite('figures', collect_figures), &
       & new_testsuite('bits', collect_bits), &
