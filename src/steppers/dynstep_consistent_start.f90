@@ -17,7 +17,7 @@ module dynstep_consistent_start
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_rank, only: default_rank_tolerance, dependence_type, find_dependent_rows
    use dynstep_saddle_point, only: saddle_point_type
-   use dynstep_status, only: dynstep_inconsistent_start, dynstep_singular_matrix, message_length, status_type
+   use dynstep_status, only: dynstep_inconsistent_start, dynstep_not_finite, dynstep_singular_matrix, message_length, status_type
    use dynstep_stepper, only: step_counters
    use dynstep_text, only: text
    implicit none
@@ -376,12 +376,16 @@ contains
       real(wp), intent(in) :: q(sys%n), v(sys%n)
       type(step_counters), intent(inout) :: count
       type(status_type), intent(inout) :: status
-      integer :: ierr
+      integer :: ierr, row, column
       if (status%failed() .or. sys%structure%mass == kind_identity) return
       call self%mass%set_zero()
       call sys%mass(t, q, v, self%mass, ierr)
       count%masses = count%masses + 1
       call check_callback('mass', ierr, t, status)
+      if (status%failed()) return
+      call self%mass%first_not_finite(row, column)
+      if (row > 0) call status%set(dynstep_not_finite, 'mass returned '//text(self%mass%entry(row, column))//' in row ' &
+         & //text(row)//', column '//text(column)//' at t = '//text(t), retry=.true.)
    end subroutine evaluate_mass
 
    !> Factors of matrix (12) at the point of the last evaluation; where constraints turn out to depend on
