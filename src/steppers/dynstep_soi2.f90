@@ -42,6 +42,9 @@ module dynstep_soi2
    integer, parameter, public :: mass_stored = 1       !! M_alpha of a step is M_{1+alpha} of the one before, with (14b)
    integer, parameter, public :: mass_recomputed = 2   !! M_alpha = M(t_alpha, y0 + h alpha z0)
 
+   !> A step is divided into 2**10 parts at most: what needs more is not a matter of step length
+   integer, parameter :: most_halvings = 10
+
    type, extends(stepper_type), public :: soi2_stepper
       type(alpha_coefficients) :: coefficients         !! those of rho_inf = 0.8
       integer :: variant = variant_soi2                !! variant_soi2, variant_reduced or variant_index3
@@ -430,7 +433,7 @@ contains
    end function may_be_divided
 
    !> One step from state%t to t1 = state%t + h as several shorter ones: halved until the iteration converges, doubled again
-   !> where it does, below the growth limit.  On failure everything is as it was.
+   !> where it did so twice, below the growth limit.  On failure everything is as it was.
    recursive subroutine divided_step(self, sys, state, h, t1, status)
       class(soi2_stepper), intent(inout) :: self
       class(ode_system), intent(inout) :: sys
@@ -440,19 +443,20 @@ contains
       type(state_type) :: begin
       type(history_type) :: left
       real(wp) :: length, rest
-      integer :: halvings
+      integer :: successes
 
       begin = state
       left = self%history(self%past)
       self%count%steps = self%count%steps + 1
       length = h
       rest = h
-      halvings = 0
+      successes = 0
       do while (abs(rest) > 0.0_wp)
          if (status%failed()) then
-            if (.not. may_be_divided(self, status) .or. halvings == self%newton%halvings) exit
+            if (.not. may_be_divided(self, status) .or. &
+               & abs(length) < 1.5_wp*abs(h)*0.5_wp**min(self%newton%halvings, most_halvings)) exit
             call status%clear()
-            halvings = halvings + 1
+            successes = 0
             length = 0.5_wp*length
             self%count%rejections = self%count%rejections + 1
          end if
@@ -466,13 +470,14 @@ contains
          call self%accept(state, self%trial)
          self%count%steps = self%count%steps - 1
          self%count%substeps = self%count%substeps + 1
-         length = min(2.0_wp, 0.9_wp*self%coefficients%growth_limit())*length
+         successes = successes + 1
+         if (mod(successes, 2) == 0) length = min(2.0_wp, 0.9_wp*self%coefficients%growth_limit())*length
       end do
       if (.not. status%failed()) return
       state = begin
       self%history(self%past) = left
       self%count%steps = self%count%steps - 1
-      status%message = trim(status%message)//' (the step was halved '//text(halvings)//' times)'
+      status%message = trim(status%message)//' (parts of a step of '//text(h)//')'
    end subroutine divided_step
 
    !> a_{n+alpha} of the last accepted step, which belongs to t_n + alpha h
