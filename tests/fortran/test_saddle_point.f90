@@ -448,7 +448,7 @@ contains
          & 'the matrix of constrained motion is not finite at t = 1: constraint 2 of k, coordinate '//text(s%k%column(8)))
    end subroutine test_singular
 
-   !> Order of the user = order that is found = dense, up to 20 rods; at 1000 the first two.  Work and storage of the
+   !> Order of the user = order that is found = dense, up to 20 rods; at 1000 the first two, of open chains.  Work and storage of the
    !> band per rod do not grow.
    subroutine test_chains(error)
       type(error_type), allocatable, intent(out) :: error
@@ -487,14 +487,17 @@ contains
             do j = 1, n + m
                if (order(j) <= n) order(j) = coordinate(order(j))
             end do
-            call init(given, s, status, order=order)
             call init(found, s, status)
-            call given%factorize(s%a, s%g, s%k, status)
             call found%factorize(s%a, s%g, s%k, status)
             call check(error, status%code, 0, trim(status%message))
             if (allocated(error)) return
             call check(error, found%is_banded .or. lengths(i)*closed == 4, 'banded')
             call check(error, found%kl <= merge(9, 5, closed == 1), 'bandwidth')
+            ! the bodies' order of a closed chain has no band: at 1000 rods its matrix would be dense
+            if (lengths(i)*closed > 100) cycle
+            call init(given, s, status, order=order)
+            call given%factorize(s%a, s%g, s%k, status)
+            call check(error, status%code, 0, trim(status%message))
             if (closed == 0) call check(error, given%kl, 4, 'bandwidth of the bodies'' order')
             if (closed == 0) call check(error, given%is_banded, 'banded in the bodies'' order')
             call check(error, all(given%order == merge(order, [(j, j=1, n + m)], given%is_banded)), 'order')
