@@ -4,14 +4,16 @@
 !> by about a radian).  It costs as many evaluations as there are unknowns, and storage that is
 !> allocated when it is needed first.
 module dynstep_soi2_jacobian
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_factorization, only: factorization_type
    use dynstep_kinds, only: wp
    use dynstep_matrix, only: kind_dense, matrix_type
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_soi2_equations, only: soi2_equations
    use dynstep_soi2_matrices, only: correction_length, position_part
-   use dynstep_status, only: status_type
+   use dynstep_status, only: dynstep_not_converged, status_type
    use dynstep_stepper, only: step_counters
+   use dynstep_text, only: text
    implicit none
    private
 
@@ -27,6 +29,9 @@ module dynstep_soi2_jacobian
    contains
       procedure :: correct => jacobian_correct
    end type soi2_jacobian
+
+   !> Larger ones would overflow in differences and in the factorization
+   real(wp), parameter :: largest_number = 1.0e100_wp
 
    !> Part of y or z that a component is moved by: sqrt(eps) balances truncation and rounding
    real(wp), parameter :: relative_step = sqrt(epsilon(1.0_wp))
@@ -57,14 +62,18 @@ contains
       if (status%failed()) return
       call eqs%pack_residuals(self%r0)
       call eqs%pack_unknowns(self%x0)
+      call check_sizes(self%x0, eqs, status)
+      call check_sizes(self%r0, eqs, status)
+      if (status%failed()) return
       do j = 1, n
          self%x = self%x0
-         step = relative_step*unknown_size(eqs, j)
+         step = max(relative_step*unknown_size(eqs, j), 8.0_wp*spacing(self%x0(j)))
          self%x(j) = self%x0(j) + step
          call eqs%unpack_unknowns(self%x)
          call eqs%evaluate(sys, count, status)
-         if (status%failed()) return
          call eqs%pack_residuals(self%r1)
+         call check_sizes(self%r1, eqs, status)
+         if (status%failed()) return
          self%matrix%a(:, j) = (self%r1 - self%r0)/(self%x(j) - self%x0(j))
       end do
       call regularize(self, eqs, regularization)
@@ -86,6 +95,19 @@ contains
          eqs%moved = position_part(eqs, self%r1(1:i1), self%ddelta)
       end associate
    end subroutine jacobian_correct
+
+   !> Unknowns and residuals that leave the range of numbers are those of an iteration that diverges
+   pure subroutine check_sizes(x, eqs, status)
+      real(wp), intent(in) :: x(:)
+      type(soi2_equations), intent(in) :: eqs
+      type(status_type), intent(inout) :: status
+      logical :: is_fine
+      if (status%failed()) return
+      is_fine = all(ieee_is_finite(x))
+      if (is_fine) is_fine = maxval(abs(x)) <= largest_number
+      if (.not. is_fine) call status%set(dynstep_not_converged, 'the Newton iteration diverges in the step from t = ' &
+         & //text(eqs%t0)//' of length '//text(eqs%h)//'; reduce h', retry=.true.)
+   end subroutine check_sizes
 
    recursive subroutine prepare(self, eqs, n, status)
       class(soi2_jacobian), intent(inout) :: self
