@@ -132,7 +132,8 @@ contains
             matrices%is_made = .false.
          else if (matrices%is_stiff) then
             ! S is made for one step length
-            matrices%is_made = abs(eqs%c - matrices%made_c) <= 4.0_wp*epsilon(1.0_wp)*abs(eqs%c)
+            matrices%is_made = abs(eqs%c - matrices%made_c) <= 4.0_wp*epsilon(1.0_wp)*abs(eqs%c) &
+               & .and. abs(eqs%b - matrices%made_b) <= 8.0_wp*epsilon(1.0_wp)*abs(eqs%b)
          end if
       end associate
    end subroutine choose_matrices
