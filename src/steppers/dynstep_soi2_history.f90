@@ -119,7 +119,8 @@ contains
       real(wp), intent(in) :: alpha
       real(wp) :: apart, ahead, straight, bent, miss
       integer :: i
-      self%has_bend = past%is_there
+      ! where the direction of time was turned, the middles of the two steps may coincide
+      self%has_bend = past%is_there .and. self%h*sign(1.0_wp, past%h) > 0.0_wp
       self%bends_better = .false.
       if (.not. self%has_bend) return
       apart = (0.5_wp + alpha)*self%h + (0.5_wp - alpha)*past%h
