@@ -164,7 +164,10 @@ contains
             count%solves = count%solves + 1
             force = force + self%l
             length = largest(self%x)
-            if (length <= rounding*largest(q) .and. i == 1) return
+            if (length <= rounding*largest(q) .and. i == 1) then
+               call check_conflict(self, sys, t, q, count, status)
+               return
+            end if
             if (.not. ieee_is_finite(length)) exit
             q = q + self%x
             if (length <= rounding*largest(q) .or. (length >= 0.5_wp*previous .and. length <= 1.0e-8_wp*largest(q))) then
@@ -248,12 +251,17 @@ contains
             length = largest(self%x)
             if (.not. ieee_is_finite(length)) exit
             size_v = largest(v)
-            if (length <= rounding*size_v .and. i == 1) return
+            if (length <= rounding*size_v .and. i == 1) then
+               call check_velocity_conflict(self, sys, t, q, v, count, status)
+               return
+            end if
             v = v + self%x
-            if (length <= rounding*max(size_v, largest(v))) return
-            if (length >= 0.5_wp*previous .and. length <= 1.0e-8_wp*largest(v)) return
             ! the residuals of v = 0 may be rounding errors alone
-            if (.not. largest(v) > tiny(length)) return
+            if (length <= rounding*max(size_v, largest(v)) .or. (length >= 0.5_wp*previous .and. &
+               & length <= 1.0e-8_wp*largest(v)) .or. .not. largest(v) > tiny(length)) then
+               call check_velocity_conflict(self, sys, t, q, v, count, status)
+               return
+            end if
             previous = length
          end do
       end associate
@@ -261,6 +269,39 @@ contains
          & //'after '//text(min(i, most_corrections))//' corrections |g''| = '//text(largest(self%motion%gv)) &
          & //', |k| = '//text(largest(self%motion%k))//'; look for constraints that contradict each other')
    end subroutine project_velocities
+
+   !> The same for g' = 0 and k = 0.  Differences leave about 1e-12 of what moves G and g in a unit of time.
+   recursive subroutine check_velocity_conflict(self, sys, t, q, v, count, status)
+      class(consistent_start), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: q(sys%n), v(sys%n)
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      character(len=*), parameter :: remedy = ' cannot be brought to zero by velocities, since it depends on constraints ' &
+         & //'that fix it'
+      real(wp) :: size_v
+      integer :: i
+      if (self%regularization <= 0.0_wp) return
+      size_v = max(1.0e-8_wp*largest(v), 1.0e-10_wp*largest(q))
+      associate (motion => self%motion)
+         call motion%velocity_residual(v)
+         call motion%evaluate_nonholonomic(sys, t, q, v, count, status)
+         if (status%failed()) return
+         do i = 1, motion%m
+            if (abs(motion%gv(i)) <= size_v*largest(motion%gq%value(motion%gq%first(i):motion%gq%first(i + 1) - 1))) cycle
+            call status%set(dynstep_inconsistent_start, 'constraint '//text(i)//' of g contradicts others at t = '//text(t) &
+               & //': g''('//text(i)//') = '//text(motion%gv(i))//remedy)
+            return
+         end do
+         do i = 1, motion%p
+            if (abs(motion%k(i)) <= size_v*largest(motion%kv%value(motion%kv%first(i):motion%kv%first(i + 1) - 1))) cycle
+            call status%set(dynstep_inconsistent_start, 'constraint '//text(i)//' of k contradicts others at t = '//text(t) &
+               & //': k('//text(i)//') = '//text(motion%k(i))//remedy)
+            return
+         end do
+      end associate
+   end subroutine check_velocity_conflict
 
    !> After two thirds of the corrections the nearest point is given up: from then on each one is the shortest way to
    !> the constraints, which contracts quadratically

@@ -97,6 +97,18 @@ def test_conflicting_constraints_fail_with_a_sentence():
     assert not s.success and "constraint" in s.message
 
 
+@pytest.mark.parametrize("k, start", [(lambda t, q, v: q @ v - 1.0, ROD_START),
+                                      (lambda t, q, v: q @ v - 1e-3, ([1.0, 0.0], [0.0, 0.0])),
+                                      (lambda t, q, v: [q @ v + 1.0, q @ v - 1.0], ([1.0, 0.0], [0.0, 0.0]))])
+def test_conflicting_velocities_fail_with_a_sentence(k, start):
+    """g' = 2 q v and k: also where the best compromise is the start itself."""
+    system = MechanicalSystem(3, lambda t, q, v: [0.0, -GRAVITY, 0.0], velocity_constraint=lambda t, q, v: k(t, q[:2], v[:2]),
+                              constraint=None if np.size(k(0.0, *np.zeros((2, 2)))) > 1 else lambda t, q: q[:2] @ q[:2] - 1)
+    s = solve(system, (0, 1), *(np.append(x, 0.0) for x in start), h=0.01)
+    assert not s.success and s.t.size == 0 and "constraints" in s.message and "contradict" in s.message
+    assert "t = 0" in s.message
+
+
 def test_more_constraints_than_coordinates():
     with pytest.raises(ValueError, match="3.*(constraint|coordinate)"):
         solve(rod(constraint=lambda t, q: np.array([q[0], q[1], q[0] + q[1]])), (0, 1), [0, 0], [0, 0], h=0.01)
