@@ -179,7 +179,8 @@ contains
       end associate
       call status%set(dynstep_inconsistent_start, 'no q near the start at t = '//text(t)//' fulfils the constraints g = 0: ' &
          & //'after '//text(min(i, most_corrections))//' corrections |g| = '//text(largest(self%motion%g)) &
-         & //'; start nearer to them, or look for constraints that contradict each other')
+         & //'; start nearer to them, look for constraints that contradict each other, or count coordinates from the origin ' &
+         & //'of the lengths in g')
    end subroutine project_positions
 
    !> Constraints that depend on each other may contradict each other
