@@ -141,13 +141,18 @@ contains
       real(wp), intent(in) :: c_f
       type(step_counters), intent(inout) :: count
       type(status_type), intent(inout) :: status
-      integer :: ierr
+      integer :: j, ierr
 
       associate (motion => self%motion)
          self%d = 0.0_wp
          call self%m1%multiply_add(1.0_wp - self%coefficients%alpha_m, self%delta, self%d)
          if (sys%constraints%reaction_is_general .and. differences_are_noise(self)) then
-            self%d = self%d - c_f*(matmul(motion%rl, self%mu) + matmul(motion%rp, self%nu))
+            do j = 1, motion%m
+               self%d = self%d - (c_f*self%mu(j))*motion%rl(:, j)
+            end do
+            do j = 1, motion%p
+               self%d = self%d - (c_f*self%nu(j))*motion%rp(:, j)
+            end do
          else if (sys%constraints%reaction_is_general) then
             self%lambda_tilde = self%lambda + self%mu
             self%psi_tilde = self%psi + self%nu

@@ -204,7 +204,7 @@ contains
          & //', column '//text(column)//' at t = '//text(t)//'; a smaller step may keep it in its domain', retry=.true.)
    end subroutine check_tangents
 
-   !> How much stiffness and damping of the step outweigh the mass, by rows
+   !> How much stiffness and damping of the step outweigh the mass, by rows; huge() where they act on no mass
    pure real(wp) function stiffness_ratio(self, eqs) result(ratio)
       class(soi2_matrices), intent(in) :: self
       type(soi2_equations), intent(in) :: eqs
@@ -214,7 +214,12 @@ contains
       do i = 1, size(self%k_rows)
          row = abs(multiplier_scale(eqs))*max(eqs%b*self%k_rows(i), abs(eqs%c)*self%c_rows(i))
          mass = abs(eqs%m1%entry(i, i))
-         if (row > ratio*mass) ratio = row/max(mass, tiny(mass))
+         if (row <= ratio*mass) cycle
+         if (mass <= row*tiny(mass)) then
+            ratio = huge(ratio)
+            return
+         end if
+         ratio = row/mass
       end do
    end function stiffness_ratio
 
@@ -319,8 +324,10 @@ contains
       self%dnu = 0.0_wp
       do pass = 1, 2
          self%x = 0.0_wp
-         call eqs%motion%gq%transposed_add(1.0_wp, eqs%lambda - self%dmu, self%x)
-         call eqs%motion%kv%transposed_add(1.0_wp, eqs%psi - self%dnu, self%x)
+         self%l = eqs%lambda - self%dmu
+         self%q = eqs%psi - self%dnu
+         call eqs%motion%gq%transposed_add(1.0_wp, self%l, self%x)
+         call eqs%motion%kv%transposed_add(1.0_wp, self%q, self%x)
          self%l = 0.0_wp
          self%q = 0.0_wp
          call self%saddle_m%solve(self%x, self%l, self%q)
