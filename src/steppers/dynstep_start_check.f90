@@ -38,6 +38,8 @@ contains
       select type (sys)
       class is (mechanical_system)
          call check_structure(sys, status)
+         if (.not. status%failed() .and. sys%structure%is_coupled) call status%set(dynstep_invalid_input, method &
+            & //' takes no coupling: choose pade or bi, or add b k'' and b c'' to K and C')
          allowed = .false.
          if (present(takes_constraints)) allowed = takes_constraints
          if (status%failed() .or. allowed .or. sys%holonomic + sys%nonholonomic == 0) return

@@ -192,9 +192,9 @@ contains
       same_structure = all([x%mass, x%mass_kl, x%mass_ku, x%tangent, x%kl, x%ku] &
          & == [y%mass, y%mass_kl, y%mass_ku, y%tangent, y%kl, y%ku]) .and. all( &
          & [x%mass_is_constant, x%mass_is_symmetric, x%tangent_is_symmetric, x%tangent_is_constant, &
-         & x%force_is_linear, x%velocity_free] .eqv. &
+         & x%force_is_linear, x%velocity_free, x%is_coupled] .eqv. &
          & [y%mass_is_constant, y%mass_is_symmetric, y%tangent_is_symmetric, y%tangent_is_constant, &
-         & y%force_is_linear, y%velocity_free])
+         & y%force_is_linear, y%velocity_free, y%is_coupled])
    end function same_structure
 
    pure real(wp) function clock_time(self, ahead)

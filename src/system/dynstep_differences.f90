@@ -19,7 +19,7 @@ module dynstep_differences
    implicit none
    private
 
-   public :: difference_groups, motion_sizes, perturb, collect
+   public :: difference_groups, motion_sizes, state_sizes, perturb, collect
 
    !> sqrt(epsilon) balances the truncation error delta/2 f'' against the rounding error
    !> epsilon |f|/delta of a one-sided difference
@@ -62,6 +62,19 @@ contains
       where (.not. q_size > 0.0_wp) q_size = 1.0_wp
       where (.not. v_size > 0.0_wp) v_size = 1.0_wp
    end subroutine motion_sizes
+
+   !> Sizes of the components of a state of first order: that of each itself, raised where it is much
+   !> smaller than what it changes by in the time in which the largest component changes
+   pure subroutine state_sizes(y, f, sizes)
+      real(wp), intent(in) :: y(:), f(:)       !! state and its derivative
+      real(wp), intent(out) :: sizes(:)
+      real(wp) :: time
+      time = time_scale(maxval(abs(y)), maxval(abs(f)), 0.0_wp)
+      sizes = abs(y)
+      call raise_small(time*abs(f), sizes)
+      where (.not. sizes > 0.0_wp) sizes = 0.01_wp*maxval(sizes)
+      where (.not. sizes > 0.0_wp) sizes = 1.0_wp
+   end subroutine state_sizes
 
    pure elemental subroutine raise_small(change, size)
       real(wp), intent(in) :: change

@@ -7,16 +7,23 @@
 !>     call sys%set(m, c, k, status)            ! matrix_type each; zero_matrix(n) for none
 !>     call sys%set_table(table, status)        ! a load given by samples
 !>
+!>     call sys%set_coupling(b, k, c, status)   ! feedback, which would fill the band of K and C
+!>
+!>   With a coupling M q'' + C q' + K q = p(t) - b (k.q + c.q'): one force along b, by gains k and c of any
+!>   coordinates.  Methods that solve with the band alone refuse it.
+!>
 !>   A load given by a procedure: extend LINEAR_SYSTEM, override LOAD, and set
 !>   load_kind = load_procedure.  LOAD is all that an extension may change: the steppers read
 !>   the matrices, not the force procedure.  The library steps such a system without any callback but
 !>   LOAD, and factorizes once for each distinct step length.
 module dynstep_linear_system
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_kinds, only: wp
    use dynstep_load_table, only: load_table_type
    use dynstep_matrix, only: kind_banded, kind_dense, kind_diagonal, kind_zero, matrix_type
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_status, only: dynstep_invalid_input, status_type
+   use dynstep_text, only: text
    implicit none
    private
 
@@ -26,11 +33,20 @@ module dynstep_linear_system
    integer, parameter, public :: load_procedure = 1   !! LOAD is overridden
    integer, parameter, public :: load_samples = 2     !! the table is read
 
+   !> The force -b (k.q + c.q')
+   type, public :: coupling_type
+      real(wp), allocatable :: b(:)                   !! direction of the force [n]
+      real(wp), allocatable :: k(:)                   !! gains of q [n]
+      real(wp), allocatable :: c(:)                   !! gains of q' [n]
+   end type coupling_type
+
    type, extends(mechanical_system) :: linear_system
       type(matrix_type) :: m, c, k                    !! mass, damping, stiffness
       integer :: load_kind = load_none
       type(load_table_type) :: table
+      type(coupling_type) :: coupling                 !! where structure%is_coupled
    contains
+      procedure :: set_coupling => linear_set_coupling
       procedure :: set => linear_set
       procedure :: set_table => linear_set_table
       procedure :: load => linear_load
@@ -76,8 +92,45 @@ contains
          s%force_is_linear = .true.
          s%velocity_free = c%kind == kind_zero
          s%has_energy = m%symmetric .and. k%symmetric
+         s%is_coupled = .false.
       end associate
    end subroutine linear_set
+
+   !> Take a coupling; `set` takes it away
+   subroutine linear_set_coupling(self, b, k, c, status)
+      class(linear_system), intent(inout) :: self
+      real(wp), intent(in) :: b(:), k(:), c(:)      !! [n] each, finite
+      type(status_type), intent(inout) :: status
+      if (status%failed()) return
+      call check_vector('b', b, self%n, status)
+      call check_vector('k', k, self%n, status)
+      call check_vector('c', c, self%n, status)
+      if (status%failed()) return
+      self%coupling%b = b
+      self%coupling%k = k
+      self%coupling%c = c
+      self%structure%is_coupled = .true.
+      self%structure%velocity_free = self%c%kind == kind_zero .and. .not. any(abs(c) > 0.0_wp)
+   end subroutine linear_set_coupling
+
+   subroutine check_vector(name, x, n, status)
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: x(:)
+      integer, intent(in) :: n
+      type(status_type), intent(inout) :: status
+      integer :: i
+      if (status%failed()) return
+      if (size(x) /= n) then
+         call status%set(dynstep_invalid_input, name//' of the coupling has '//text(size(x)) &
+            & //' entries, the system n = '//text(n)//'; call set first')
+         return
+      end if
+      do i = 1, n
+         if (ieee_is_finite(x(i))) cycle
+         call status%set(dynstep_invalid_input, name//'('//text(i)//') of the coupling is '//text(x(i)))
+         return
+      end do
+   end subroutine check_vector
 
    !> Take a load given by samples
    subroutine linear_set_table(self, table, status)
@@ -104,7 +157,7 @@ contains
       end if
    end subroutine linear_load
 
-   !> f = p - C v - K q
+   !> f = p - C v - K q - b (k.q + c.v)
    recursive subroutine linear_force(self, t, q, v, f, ierr)
       class(linear_system), intent(inout) :: self
       real(wp), intent(in) :: t
@@ -115,6 +168,8 @@ contains
       if (ierr /= 0) return
       call self%c%multiply_add(-1.0_wp, v, f)
       call self%k%multiply_add(-1.0_wp, q, f)
+      if (self%structure%is_coupled) f = f - self%coupling%b &
+         & *(dot_product(self%coupling%k, q) + dot_product(self%coupling%c, v))
    end subroutine linear_force
 
    recursive subroutine linear_mass(self, t, q, v, mass, ierr)

@@ -39,6 +39,7 @@ module dynstep_mechanical_system
                                                  !! most: one Newton correction is exact
       logical :: velocity_free = .false.         !! f and M do not depend on v: no C
       logical :: has_energy = .false.            !! `energy` is given
+      logical :: is_coupled = .false.            !! a linear_system has a coupling beside K and C
    end type structure_type
 
    type :: workspace_type

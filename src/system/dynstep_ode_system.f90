@@ -7,21 +7,34 @@
 !>   model are components of the extension, so a model needs no module variables, and two
 !>   models of one type can be integrated at once.
 !>
+!>   JACOBIAN has a default, differences of RHS; JACOBIAN_KIND tells its storage, and KL and KU
+!>   its band, which makes the differences cheap.  A mechanical system has tangents instead.
+!>
 !>   Every user procedure ends with IERR:  0 fine,  > 0 outside the model's domain, a
 !>   smaller step may help,  < 0 give up and return to the caller.
 module dynstep_ode_system
-   use dynstep_kinds, only: wp
+   use dynstep_differences, only: collect, difference_groups, perturb, state_sizes
+   use dynstep_kinds, only: long, wp
+   use dynstep_matrix, only: kind_dense, matrix_type
    implicit none
    private
 
    type, abstract, public :: ode_system
       !> Number of unknowns of the system, >= 1; a mechanical system counts coordinates
       integer :: n = 0
+      integer :: jacobian_kind = kind_dense      !! of df/dy: kind_diagonal, kind_banded or kind_dense
+      integer :: jacobian_kl = 0                 !! subdiagonals of a banded df/dy
+      integer :: jacobian_ku = 0                 !! superdiagonals
+      integer(long) :: difference_rhs = 0        !! evaluations of f for difference Jacobians
+      real(wp), allocatable, private :: dynstep_differences(:, :)   ! workspace [n, 4]
    contains
       !> Length of the state vector y
       procedure :: state_size => ode_state_size
       !> f(t, y)
       procedure(rhs_interface), deferred :: rhs
+      !> df/dy
+      procedure :: jacobian => difference_jacobian
+      procedure, non_overridable :: difference_jacobian
    end type ode_system
 
    abstract interface
@@ -41,4 +54,39 @@ contains
       class(ode_system), intent(in) :: self
       ode_state_size = self%n
    end function ode_state_size
+
+   !> df/dy by differences.  An override fills `jac`, whose kind and bandwidths are those declared and
+   !> whose entries are zero on entry.
+   recursive subroutine difference_jacobian(self, t, y, jac, ierr)
+      class(ode_system), intent(inout) :: self
+      real(wp), intent(in) :: t                     !! time
+      real(wp), intent(in) :: y(self%n)             !! state
+      type(matrix_type), intent(inout) :: jac       !! df/dy
+      integer, intent(out) :: ierr                  !! 0, > 0 smaller step, < 0 give up
+      integer :: group, attempt
+
+      if (allocated(self%dynstep_differences)) then
+         if (size(self%dynstep_differences, 1) /= self%n) deallocate (self%dynstep_differences)
+      end if
+      if (.not. allocated(self%dynstep_differences)) allocate (self%dynstep_differences(self%n, 4))
+      associate (f0 => self%dynstep_differences(:, 1), f1 => self%dynstep_differences(:, 2), &
+         & moved => self%dynstep_differences(:, 3), sizes => self%dynstep_differences(:, 4))
+         call self%rhs(t, y, f0, ierr)
+         self%difference_rhs = self%difference_rhs + 1
+         if (ierr /= 0) return
+         call state_sizes(y, f0, sizes)
+         do group = 1, difference_groups(jac)
+            ! a group that leaves the domain of f moves the other way
+            do attempt = 1, 2
+               call perturb(group, jac, y, sizes, moved)
+               call self%rhs(t, moved, f1, ierr)
+               self%difference_rhs = self%difference_rhs + 1
+               if (ierr <= 0) exit
+               sizes = -sizes
+            end do
+            if (ierr /= 0) return
+            call collect(group, y, moved, f0, f1, 1.0_wp, jac)
+         end do
+      end associate
+   end subroutine difference_jacobian
 end module dynstep_ode_system
