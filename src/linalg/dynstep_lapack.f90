@@ -9,6 +9,7 @@ module dynstep_lapack
    private
 
    public :: dgbtrf, dgbtrs, dgeqp3, dgetrf, dgetrs, dlacn2, dpbtrf, dpbtrs, dpotrf, dpotrs, dsterf, dsyrk
+   public :: zgbtrf, zgbtrs, zgetrf, zgetrs
 
    interface
       !> A = P L U, band storage with kl rows of fill room on top
@@ -129,5 +130,45 @@ module dynstep_lapack
          integer, intent(inout) :: isgn(n), kase, isave(3)
          real(wp), intent(inout) :: est
       end subroutine dlacn2
+
+      !> dgbtrf of a complex matrix
+      pure subroutine zgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)
+         import :: wp
+         integer, intent(in) :: m, n, kl, ku, ldab
+         complex(wp), intent(inout) :: ab(ldab, *)
+         integer, intent(out) :: ipiv(*)
+         integer, intent(out) :: info
+      end subroutine zgbtrf
+
+      !> dgbtrs of a complex matrix
+      pure subroutine zgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
+         import :: wp
+         character(len=1), intent(in) :: trans
+         integer, intent(in) :: n, kl, ku, nrhs, ldab, ldb
+         complex(wp), intent(in) :: ab(ldab, *)
+         integer, intent(in) :: ipiv(*)
+         complex(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine zgbtrs
+
+      !> dgetrf of a complex matrix
+      pure subroutine zgetrf(m, n, a, lda, ipiv, info)
+         import :: wp
+         integer, intent(in) :: m, n, lda
+         complex(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: ipiv(*)
+         integer, intent(out) :: info
+      end subroutine zgetrf
+
+      !> dgetrs of a complex matrix
+      pure subroutine zgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         character(len=1), intent(in) :: trans
+         integer, intent(in) :: n, nrhs, lda, ldb
+         complex(wp), intent(in) :: a(lda, *)
+         integer, intent(in) :: ipiv(*)
+         complex(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine zgetrs
    end interface
 end module dynstep_lapack

@@ -199,22 +199,26 @@ contains
       real(wp) :: c, largest, term, factorial
       integer :: k, l
       do k = 1, 2*most_degree + 1
-         c = 0.0_wp
-         if (k <= most_degree) c = r%num(k)
+         c = coefficient(r%num, k)
          largest = abs(c)
          factorial = 1.0_wp
          do l = k, 0, -1
-            if (l <= most_degree) then
-               term = r%den(l)/factorial
-               c = c - term
-               largest = largest + abs(term)
-            end if
+            term = coefficient(r%den, l)/factorial
+            c = c - term
+            largest = largest + abs(term)
             factorial = factorial*real(k - l + 1, wp)
          end do
          if (abs(c) > 64.0_wp*epsilon(1.0_wp)*largest) exit
       end do
       order_of = k - 1
    end function order_of
+
+   pure real(wp) function coefficient(c, k)
+      real(wp), intent(in) :: c(0:)
+      integer, intent(in) :: k
+      coefficient = 0.0_wp
+      if (k < size(c)) coefficient = c(k)
+   end function coefficient
 
    !> R(z), by poles and zeros: a product of factors loses no digits, however large z is
    pure complex(wp) function rational_value(self, z)
