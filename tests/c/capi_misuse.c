@@ -53,6 +53,13 @@ static int in_use(intptr_t s)
     n += dynstep_set_matrix(s, 1, 1, 0, 0, 1, x) == DYNSTEP_IN_USE;
     n += dynstep_set_load(s, 0, 0) == DYNSTEP_IN_USE;
     n += dynstep_set_load_table(s, 0, 0, 0.0, 0.0, NULL, NULL, NULL, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_coupling(s, NULL, NULL, NULL) == DYNSTEP_IN_USE;
+    n += dynstep_set_rhs(s, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_jacobian(s, 0, 0, 3, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_set_system_matrix(s, 1, 0, 0, x) == DYNSTEP_IN_USE;
+    n += dynstep_set_source(s, 0, 0) == DYNSTEP_IN_USE;
+    n += dynstep_start_ode(s, N, 0.0, q0) == DYNSTEP_IN_USE;
+    n += dynstep_get_ode(s, N, x, NULL, NULL) == DYNSTEP_IN_USE;
     n += dynstep_set_newmark(s, 0.25, 0.5) == DYNSTEP_IN_USE;
     n += dynstep_set_midpoint(s) == DYNSTEP_IN_USE;
     n += dynstep_set_generalized_alpha(s, 0.5, 0.5, 0.25, 0.5) == DYNSTEP_IN_USE;
@@ -79,7 +86,7 @@ static int in_use(intptr_t s)
     n += dynstep_message(s, sizeof text, text) == DYNSTEP_IN_USE && strstr(text, "in use");
     return n;
 }
-enum { FUNCTIONS_OF_A_HANDLE = 47 };
+enum { FUNCTIONS_OF_A_HANDLE = 54 };
 
 static int invalid(intptr_t s)
 {
@@ -110,6 +117,13 @@ static int invalid(intptr_t s)
     n += dynstep_set_matrix(s, 1, 1, 0, 0, 1, x) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_load(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_load_table(s, 0, 0, 0.0, 0.0, NULL, NULL, NULL, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_coupling(s, NULL, NULL, NULL) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_rhs(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_jacobian(s, 0, 0, 3, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_system_matrix(s, 1, 0, 0, x) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_source(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_start_ode(s, N, 0.0, q0) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_get_ode(s, N, x, NULL, NULL) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_newmark(s, 0.25, 0.5) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_midpoint(s) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_generalized_alpha(s, 0.5, 0.5, 0.25, 0.5) == DYNSTEP_INVALID_HANDLE;

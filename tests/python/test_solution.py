@@ -119,7 +119,7 @@ def test_a_long_record_grows():
 def test_no_memory_says_what_helps():
     big = LinearSystem(1.0*np.ones(1000))
     from dynstep._record import Record
-    record = Record(10**6, 2)
+    record = Record((10**6, 10**6, 10**6, 0, 0), 2)
     with pytest.raises(MemoryError, match="every=.*t_eval="):
         record._resize(10**13)
     assert solve(big, (0, 1), np.zeros(1000), np.zeros(1000), h=0.5).success

@@ -1,18 +1,19 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> System and method of a handle, made from what was set.
+!> System and method of a handle, made from what was set, and their start.
 module dynstep_c_assembly
    use dynstep_c_handle, only: integrator_type
    use dynstep_flat_method, only: build_method
    use dynstep_jacobian, only: pattern_type
    use dynstep_linear_system, only: load_none
+   use dynstep_kinds, only: wp
    use dynstep_matrix, only: kind_zero
    use dynstep_status, only: dynstep_invalid_input, status_type
+   use dynstep_stepper, only: allocate_state, clock_type
    use dynstep_text, only: text
-   use dynstep_stepper, only: allocate_state
    implicit none
    private
 
-   public :: assemble, assemble_system
+   public :: assemble, assemble_system, start_at
 
 contains
 
@@ -28,18 +29,67 @@ contains
       s%assembled = .not. s%status%failed()
    end subroutine assemble
 
-   !> A force makes a general system, matrices and loads make a linear one
+   !> Start at time t, from s%state%y
+   recursive subroutine start_at(s, t)
+      type(integrator_type), intent(inout) :: s
+      real(wp), intent(in) :: t
+      s%started = .false.
+      s%running = .false.
+      s%state%t = t
+      s%busy = .true.
+      call s%stepper%start(s%sys, s%state, s%status)
+      s%busy = .false.
+      s%started = .not. s%status%failed()
+      s%step_clock = clock_type(t0=t, h=0.0_wp, k=0)
+   end subroutine start_at
+
    recursive subroutine assemble_system(s)
       type(integrator_type), intent(inout), target :: s
-
       if (s%status%failed()) return
       s%sys => null()
+      if (s%first_order) then
+         call assemble_first_order(s)
+      else
+         call assemble_mechanical(s)
+      end if
+   end subroutine assemble_system
+
+   !> A right-hand side makes a general system, a matrix a linear one
+   recursive subroutine assemble_first_order(s)
+      type(integrator_type), intent(inout), target :: s
+      if (associated(s%ode%rhs_function)) then
+         if (allocated(s%a)) then
+            call s%status%set(dynstep_invalid_input, 'set a right-hand side or the matrix of a linear system, not both; ' &
+               & //'add A y to the right-hand side')
+         else if (s%linear_ode%source_kind /= load_none) then
+            call s%status%set(dynstep_invalid_input, 'set a right-hand side or a source, not both; add the source to the ' &
+               & //'right-hand side')
+         else
+            s%sys => s%ode
+         end if
+      else if (associated(s%ode%jacobian_function)) then
+         call s%status%set(dynstep_invalid_input, 'set a right-hand side: its Jacobian goes with one, a linear system has ' &
+            & //'a matrix instead')
+      else if (.not. allocated(s%a)) then
+         call s%status%set(dynstep_invalid_input, 'set a right-hand side (dynstep_set_rhs), or the matrix of a linear ' &
+            & //'system (dynstep_set_system_matrix)')
+      else
+         call s%linear_ode%set(s%a, s%status)
+         if (.not. s%status%failed()) s%sys => s%linear_ode
+      end if
+   end subroutine assemble_first_order
+
+   !> A force makes a general system, matrices and loads make a linear one
+   recursive subroutine assemble_mechanical(s)
+      type(integrator_type), intent(inout), target :: s
       if (associated(s%general%force_function)) then
          if (s%c%kind /= kind_zero .or. s%k%kind /= kind_zero) then
             call s%status%set(dynstep_invalid_input, 'set a force or the matrices C and K, not both; add ' &
                & //'-C v - K q to the force')
          else if (s%linear%load_kind /= load_none) then
             call s%status%set(dynstep_invalid_input, 'set a force or a load, not both; add the load to the force')
+         else if (allocated(s%coupling)) then
+            call s%status%set(dynstep_invalid_input, 'set a force or a coupling, not both; add -b (k.q + c.v) to the force')
          else
             call assemble_mass(s)
             call check_constraints(s)
@@ -54,13 +104,14 @@ contains
       else if (associated(s%general%g_function) .or. associated(s%general%k_function)) then
          call s%status%set(dynstep_invalid_input, 'set a force: constraints go with one; add -C v - K q and the load of ' &
             & //'a linear system to it, and give its mass by dynstep_set_matrix')
-      else if (.not. s%has_matrices .and. s%linear%load_kind == load_none) then
+      else if (.not. s%has_matrices .and. s%linear%load_kind == load_none .and. .not. allocated(s%coupling)) then
          call s%status%set(dynstep_invalid_input, 'set a force, or the matrices of a linear system')
       else
          call s%linear%set(s%m, s%c, s%k, s%status)
+         if (allocated(s%coupling)) call s%linear%set_coupling(s%coupling(:, 1), s%coupling(:, 2), s%coupling(:, 3), s%status)
          if (.not. s%status%failed()) s%sys => s%linear
       end if
-   end subroutine assemble_system
+   end subroutine assemble_mechanical
 
    !> What belongs to constraints goes with them, and has their number
    recursive subroutine check_constraints(s)

@@ -14,33 +14,42 @@
 !> no room for a tag and no handle is made.
 module dynstep_c_handle
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_int64_t, c_intptr_t, c_loc, c_null_ptr, c_ptr
+   use dynstep_c_odes, only: c_linear_ode, c_ode_system
    use dynstep_c_points, only: point_buffer
    use dynstep_c_systems, only: c_linear_system, c_observer, c_system
    use dynstep_flat_method, only: method_settings
    use dynstep_integrate, only: integration_type
-   use dynstep_kinds, only: long
+   use dynstep_kinds, only: long, wp
    use dynstep_matrix, only: identity_matrix, matrix_type, zero_matrix
-   use dynstep_mechanical_system, only: mechanical_system
-   use dynstep_status, only: dynstep_in_use, dynstep_invalid_handle, dynstep_success, status_type
+   use dynstep_ode_system, only: ode_system
+   use dynstep_status, only: dynstep_in_use, dynstep_invalid_handle, dynstep_invalid_input, dynstep_success, status_type
    use dynstep_stepper, only: clock_type, state_type, stepper_type
    implicit none
    private
 
-   public :: create_handle, destroy_handle, integrator_of, reach, change
+   public :: create_handle, destroy_handle, integrator_of, reach, reach_mechanical, reach_first_order, change
+   public :: check_started
 
    type, public :: integrator_type
       integer :: n = 0
-      ! settings
+      logical :: first_order = .false.           !! y' = f(t,y), else a mechanical system
+      ! settings of a mechanical system
       type(c_system) :: general
       logical :: declared_linear = .false.       !! of the force of `general`
       type(c_linear_system) :: linear
       type(matrix_type) :: m, c, k               !! of a linear system; m also of a general one
       logical :: has_matrices = .false.          !! one of them was set
+      real(wp), allocatable :: coupling(:, :)    !! b, k and c of a linear system [n, 3]
+      ! settings of a first-order system
+      type(c_ode_system) :: ode
+      type(c_linear_ode) :: linear_ode
+      type(matrix_type), allocatable :: a        !! of the linear one, where it was set
+      ! settings of both
       type(method_settings) :: method
       type(c_observer) :: observer
       ! what is made from them
       logical :: assembled = .false.             !! the next two fit the settings
-      class(mechanical_system), pointer :: sys => null()    !! to `general` or `linear`
+      class(ode_system), pointer :: sys => null()   !! to `general` or `linear`, to `ode` or `linear_ode`
       class(stepper_type), allocatable :: stepper
       ! where it stands
       logical :: started = .false.
@@ -71,8 +80,9 @@ module dynstep_c_handle
 contains
 
    !> A new integrator and its handle; 0 where there is no memory
-   recursive function create_handle(n) result(handle)
+   recursive function create_handle(n, first_order) result(handle)
       integer, intent(in) :: n
+      logical, intent(in) :: first_order
       integer(c_intptr_t) :: handle
       type(integrator_type), pointer :: s
       type(control_block), pointer :: block
@@ -90,13 +100,19 @@ contains
          return
       end if
       s%n = n
-      s%general%n = n
-      s%linear%n = n
+      s%first_order = first_order
       s%observer%n = n
       s%points%n = n
-      s%m = identity_matrix(n)
-      s%c = zero_matrix(n)
-      s%k = zero_matrix(n)
+      if (first_order) then
+         s%ode%n = n
+         s%linear_ode%n = n
+      else
+         s%general%n = n
+         s%linear%n = n
+         s%m = identity_matrix(n)
+         s%c = zero_matrix(n)
+         s%k = zero_matrix(n)
+      end if
       block%padding = 0
       block%cookie = cookie_of(address)
       block%tag = 0
@@ -184,6 +200,51 @@ contains
       code = dynstep_success
       call s%status%clear()
    end function reach
+
+   !> The same for functions that only mechanical systems have
+   recursive function reach_mechanical(handle, name, s, instead) result(code)
+      integer(c_intptr_t), intent(in) :: handle
+      character(len=*), intent(in) :: name                !! of the function, for the sentence
+      type(integrator_type), pointer, intent(out) :: s
+      character(len=*), intent(in), optional :: instead   !! the function that first-order systems have
+      integer(c_int) :: code
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (.not. s%first_order) return
+      if (present(instead)) then
+         call s%status%set(dynstep_invalid_input, name//' is for mechanical systems, and this handle is one of ' &
+            & //'dynstep_new_ode: call '//instead)
+      else
+         call s%status%set(dynstep_invalid_input, name//' is for mechanical systems, and this handle is one of ' &
+            & //'dynstep_new_ode')
+      end if
+      code = s%status%code
+   end function reach_mechanical
+
+   !> The same for functions that only first-order systems have
+   recursive function reach_first_order(handle, name, s) result(code)
+      integer(c_intptr_t), intent(in) :: handle
+      character(len=*), intent(in) :: name
+      type(integrator_type), pointer, intent(out) :: s
+      integer(c_int) :: code
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (s%first_order) return
+      call s%status%set(dynstep_invalid_input, name//' is for first-order systems, and this handle is one of dynstep_new: ' &
+         & //'make it by dynstep_new_ode')
+      code = s%status%code
+   end function reach_first_order
+
+   !> There is a state to go on from
+   recursive subroutine check_started(s)
+      type(integrator_type), intent(inout) :: s
+      if (s%status%failed() .or. s%started) return
+      if (s%first_order) then
+         call s%status%set(dynstep_invalid_input, 'call dynstep_start_ode first, and again after a set function')
+      else
+         call s%status%set(dynstep_invalid_input, 'call dynstep_start first, and again after a set function')
+      end if
+   end subroutine check_started
 
    !> Settings are changed: what was made from them does not fit any more
    recursive subroutine change(s)

@@ -16,13 +16,13 @@ module dynstep_c_points
    private
 
    type, extends(recorder_type), public :: point_buffer
-      integer :: n = 0                                      !! coordinates
+      integer :: n = 0                                      !! coordinates, or unknowns of a first-order system
       integer :: capacity = 0                               !! points for which there is room
       integer :: count = 0                                  !! points written since `deliver`
       integer(long) :: total = 0                            !! points recorded since `clear`
       real(wp), pointer, contiguous :: t(:) => null()       !! [capacity], or null: not wanted
       real(wp), pointer, contiguous :: q(:, :) => null()    !! [n, capacity], or null
-      real(wp), pointer, contiguous :: v(:, :) => null()
+      real(wp), pointer, contiguous :: v(:, :) => null()    !! always null where there are no velocities
       real(wp), pointer, contiguous :: a(:, :) => null()
       real(wp), allocatable :: lambda(:, :)                 !! [m, capacity or more] of those points; m, p as in
       real(wp), allocatable :: psi(:, :)                    !! [p, capacity or more]  `reserve`

@@ -65,7 +65,9 @@ module dynstep_c_systems
          import :: c_double, c_int, c_ptr
          integer(c_int), value :: n
          real(c_double), value :: t
-         real(c_double), intent(in) :: q(*), v(*), a(*)
+         real(c_double), intent(in) :: q(*)
+         type(c_ptr), value :: v                     !! null for a first-order system
+         real(c_double), intent(in) :: a(*)
          type(c_ptr), value :: ctx
          integer(c_int) :: stop
       end function c_observer_function
@@ -185,6 +187,20 @@ contains
       class(stepper_type), intent(in) :: stepper
       type(state_type), intent(in) :: state
       logical, intent(inout) :: stop
-      stop = self%observer_function(self%n, state%t, state%y, state%y(self%n + 1:), state%a, self%context) /= 0
+      if (size(state%y) == self%n) then
+         stop = self%observer_function(self%n, state%t, state%y, c_null_ptr, state%a, self%context) /= 0
+      else
+         call observe_motion(self, state%t, state%y(:self%n), state%y(self%n + 1:), state%a, stop)
+      end if
    end subroutine observer_observe
+
+   !> The address of an array can be had where it is a target
+   recursive subroutine observe_motion(self, t, q, v, a, stop)
+      class(c_observer), intent(inout) :: self
+      real(wp), intent(in) :: t, q(self%n)
+      real(wp), intent(in), target :: v(self%n)
+      real(wp), intent(in) :: a(self%n)
+      logical, intent(inout) :: stop
+      stop = self%observer_function(self%n, t, q, c_loc(v), a, self%context) /= 0
+   end subroutine observe_motion
 end module dynstep_c_systems

@@ -9,7 +9,7 @@ module dynstep_c_text
    implicit none
    private
 
-   public :: put_text, length_of_text, get_text, take_point, give
+   public :: put_text, length_of_text, get_text, take_point, take_state, take_vector, give
 
 contains
 
@@ -62,32 +62,61 @@ contains
       type(c_ptr), intent(in) :: q, v
       real(c_double), pointer, intent(out) :: q0(:), v0(:)
       type(status_type), intent(inout) :: status
-      integer :: i
 
       q0 => null()
       v0 => null()
-      if (n /= coordinates) then
-         call status%set(dynstep_invalid_input, 'n = '//text(n)//', but the system has '//text(coordinates)//' coordinates')
-      else if (.not. c_associated(q)) then
-         call status%set(dynstep_invalid_input, 'q is NULL')
-      else if (.not. c_associated(v)) then
-         call status%set(dynstep_invalid_input, 'v is NULL')
-      else if (.not. ieee_is_finite(t)) then
-         call status%set(dynstep_invalid_input, 't = '//text(t)//' is not finite')
-      end if
-      if (status%failed()) return
-      call c_f_pointer(q, q0, [n])
-      call c_f_pointer(v, v0, [n])
-      do i = 1, n
-         if (.not. ieee_is_finite(q0(i))) then
-            call status%set(dynstep_invalid_input, 'component '//text(i)//' of q is not finite')
-            return
-         else if (.not. ieee_is_finite(v0(i))) then
-            call status%set(dynstep_invalid_input, 'component '//text(i)//' of v is not finite')
-            return
-         end if
-      end do
+      if (n /= coordinates) call status%set(dynstep_invalid_input, 'n = '//text(n)//', but the system has ' &
+         & //text(coordinates)//' coordinates')
+      call check_time(t, status)
+      call take_vector('q', n, q, q0, status)
+      call take_vector('v', n, v, v0, status)
    end subroutine take_point
+
+   !> The same of a first-order system
+   recursive subroutine take_state(unknowns, n, t, y, y0, status)
+      integer, intent(in) :: unknowns                 !! of the system
+      integer(c_int), intent(in) :: n                 !! what the caller says
+      real(c_double), intent(in) :: t
+      type(c_ptr), intent(in) :: y
+      real(c_double), pointer, intent(out) :: y0(:)
+      type(status_type), intent(inout) :: status
+
+      y0 => null()
+      if (n /= unknowns) call status%set(dynstep_invalid_input, 'n = '//text(n)//', but the system has ' &
+         & //text(unknowns)//' unknowns')
+      call check_time(t, status)
+      call take_vector('y', n, y, y0, status)
+   end subroutine take_state
+
+   recursive subroutine check_time(t, status)
+      real(c_double), intent(in) :: t
+      type(status_type), intent(inout) :: status
+      if (status%failed() .or. ieee_is_finite(t)) return
+      call status%set(dynstep_invalid_input, 't = '//text(t)//' is not finite')
+   end subroutine check_time
+
+   !> Vector that a caller gives: there at all, and finite
+   recursive subroutine take_vector(name, n, from, x, status)
+      character(len=*), intent(in) :: name
+      integer(c_int), intent(in) :: n
+      type(c_ptr), intent(in) :: from
+      real(c_double), pointer, intent(out) :: x(:)
+      type(status_type), intent(inout) :: status
+      integer :: i
+
+      x => null()
+      if (status%failed()) return
+      if (.not. c_associated(from)) then
+         call status%set(dynstep_invalid_input, name//' is NULL')
+         return
+      end if
+      call c_f_pointer(from, x, [n])
+      do i = 1, n
+         if (ieee_is_finite(x(i))) cycle
+         call status%set(dynstep_invalid_input, 'component '//text(i)//' of '//name//' is not finite')
+         return
+      end do
+   end subroutine take_vector
 
    !> Copy to a C array; null: not wanted
    recursive subroutine give(from, to)

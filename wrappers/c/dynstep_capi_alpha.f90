@@ -3,7 +3,7 @@
 module dynstep_capi_alpha
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_ptr
    use dynstep_alpha_coefficients, only: alpha_coefficients
-   use dynstep_c_handle, only: change, integrator_type, reach
+   use dynstep_c_handle, only: change, check_started, integrator_type, reach
    use dynstep_c_text, only: put_text
    use dynstep_flat_method, only: base_generalized_alpha, base_soi2
    use dynstep_soi2, only: mass_recomputed, mass_stored, soi2_stepper, start_keep, start_project, start_report, &
@@ -130,7 +130,7 @@ contains
       type(start_report), intent(out) :: found
       if (s%status%failed()) return
       if (.not. s%assembled) then
-         call s%status%set(dynstep_invalid_input, 'call dynstep_start first, and again after a set function')
+         call check_started(s)
          return
       end if
       select type (stepper => s%stepper)

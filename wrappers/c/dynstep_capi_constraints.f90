@@ -4,7 +4,7 @@ module dynstep_capi_constraints
    use, intrinsic :: iso_c_binding, only: c_f_procpointer, c_int, c_intptr_t, c_null_funptr, c_null_ptr
    use dynstep_c_constraints, only: c_constraint_function, c_constraint_jacobian_function, c_motion_function, &
       & c_reaction_function, c_reaction_jacobian_function, c_reaction_tangent_function
-   use dynstep_c_handle, only: change, integrator_type, reach
+   use dynstep_c_handle, only: change, integrator_type, reach_mechanical
    use dynstep_jacobian, only: pattern_type
    use dynstep_status, only: dynstep_invalid_input, dynstep_success, status_type
    use dynstep_text, only: text
@@ -24,7 +24,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_constraint_function), pointer :: p
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_constraint', s)
       if (code /= dynstep_success) return
       if (fun /= 0) call check_number('m', m, s%n, s%status)
       code = s%status%code
@@ -62,7 +62,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_constraint_jacobian_function), pointer :: p
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_constraint_jacobian', s)
       if (code /= dynstep_success) return
       p => null()
       if (fun /= 0) call c_f_procpointer(transfer(fun, c_null_funptr), p)
@@ -76,7 +76,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_motion_function), pointer :: p
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_constraint_curvature', s)
       if (code /= dynstep_success) return
       p => null()
       if (fun /= 0) call c_f_procpointer(transfer(fun, c_null_funptr), p)
@@ -92,7 +92,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_motion_function), pointer :: k
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_velocity_constraint', s)
       if (code /= dynstep_success) return
       if (fun /= 0) call check_number('p', p, s%n, s%status)
       code = s%status%code
@@ -119,7 +119,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_motion_function), pointer :: p
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_velocity_jacobian', s)
       if (code /= dynstep_success) return
       p => null()
       if (fun /= 0) call c_f_procpointer(transfer(fun, c_null_funptr), p)
@@ -133,7 +133,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_motion_function), pointer :: p
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_velocity_curvature', s)
       if (code /= dynstep_success) return
       p => null()
       if (fun /= 0) call c_f_procpointer(transfer(fun, c_null_funptr), p)
@@ -147,7 +147,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_reaction_function), pointer :: p
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_reaction', s)
       if (code /= dynstep_success) return
       p => null()
       if (fun /= 0) then
@@ -166,7 +166,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_reaction_jacobian_function), pointer :: p
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_reaction_jacobian', s)
       if (code /= dynstep_success) return
       p => null()
       if (fun /= 0) call c_f_procpointer(transfer(fun, c_null_funptr), p)
@@ -180,7 +180,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_reaction_tangent_function), pointer :: p
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_reaction_tangent', s)
       if (code /= dynstep_success) return
       p => null()
       if (fun /= 0) call c_f_procpointer(transfer(fun, c_null_funptr), p)

@@ -9,7 +9,7 @@ module dynstep_capi_handles
    implicit none
    private
 
-   public :: dynstep_version, dynstep_new, dynstep_delete, dynstep_message, dynstep_status_text
+   public :: dynstep_version, dynstep_new, dynstep_new_ode, dynstep_delete, dynstep_message, dynstep_status_text
 
    !> 10000*major + 100*minor + patch
    integer(c_int), parameter :: version = 100
@@ -27,8 +27,15 @@ contains
       integer(c_int), value :: n
       integer(c_intptr_t) :: handle
       handle = 0
-      if (n >= 1 .and. n <= most_coordinates) handle = create_handle(int(n))
+      if (n >= 1 .and. n <= most_coordinates) handle = create_handle(int(n), .false.)
    end function dynstep_new
+
+   recursive function dynstep_new_ode(n) result(handle) bind(c)
+      integer(c_int), value :: n
+      integer(c_intptr_t) :: handle
+      handle = 0
+      if (n >= 1) handle = create_handle(int(n), .true.)
+   end function dynstep_new_ode
 
    recursive function dynstep_delete(handle) result(code) bind(c)
       type(c_ptr), value :: handle
@@ -55,7 +62,7 @@ contains
       s => integrator_of(handle)
       if (.not. associated(s)) then
          code = dynstep_invalid_handle
-         call put_text('the handle is not valid: it was deleted, or never came from dynstep_new', length, buffer)
+         call put_text('the handle is not valid: it was deleted, or never came from dynstep_new or dynstep_new_ode', length, buffer)
       else if (s%busy) then
          code = dynstep_in_use
          call put_text('the integrator is in use: a function that it calls must not call it', length, buffer)

@@ -191,8 +191,9 @@ contains
          call s%status%set(dynstep_invalid_input, 'there is no table: set an extrapolation, start, and make a step')
       else if (s%stepper%count%steps < 1) then
          call s%status%set(dynstep_invalid_input, 'there is no table before the first step')
-      else if (size /= 2*s%n) then
-         call s%status%set(dynstep_invalid_input, 'size = '//text(size)//' must be 2 n = '//text(2*s%n))
+      else if (size /= s%sys%state_size()) then
+         call s%status%set(dynstep_invalid_input, 'size = '//text(size)//' must be '//text(s%sys%state_size()) &
+            & //', the length of the state')
       else if (levels /= s%method%levels) then
          call s%status%set(dynstep_invalid_input, 'levels = '//text(levels)//', but the extrapolation has ' &
             & //text(s%method%levels))

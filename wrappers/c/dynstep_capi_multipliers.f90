@@ -4,10 +4,11 @@ module dynstep_capi_multipliers
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_ptr
    use dynstep_c_assembly, only: assemble_system
-   use dynstep_c_handle, only: integrator_type, reach
+   use dynstep_c_handle, only: check_started, integrator_type, reach, reach_mechanical
    use dynstep_c_text, only: give, take_point
    use dynstep_jacobian, only: jacobian_type
    use dynstep_kinds, only: wp
+   use dynstep_mechanical_system, only: mechanical_system
    use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input, dynstep_not_finite, dynstep_success, &
       & status_type
    use dynstep_text, only: text
@@ -30,8 +31,7 @@ contains
       code = reach(handle, s)
       if (code /= dynstep_success) return
       call check_numbers(s, m, p, s%status)
-      if (.not. s%status%failed() .and. .not. s%started) call s%status%set(dynstep_invalid_input, &
-         & 'call dynstep_start first, and again after a set function')
+      call check_started(s)
       code = s%status%code
       if (code /= dynstep_success) return
       call give(s%state%lambda, lambda)
@@ -99,51 +99,53 @@ contains
       type(integrator_type), pointer :: s
       real(c_double), pointer :: q0(:), v0(:)
 
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_residuals', s)
       if (code /= dynstep_success) return
       call take_point(s%n, n, t, q, v, q0, v0, s%status)
       call check_numbers(s, m, p, s%status)
       if (.not. s%assembled) call assemble_system(s)
       if (.not. s%status%failed()) then
          s%busy = .true.
-         call residuals(s, t, q0, v0, g, gv, k)
+         select type (sys => s%sys)
+         class is (mechanical_system)
+            call residuals(sys, t, q0, v0, g, gv, k, s%status)
+         end select
          s%busy = .false.
       end if
       code = s%status%code
    end function dynstep_residuals
 
    !> g, G v + dg/dt and k; what is not wanted is not evaluated
-   recursive subroutine residuals(s, t, q, v, g, gv, k)
-      type(integrator_type), intent(inout) :: s
+   recursive subroutine residuals(sys, t, q, v, g, gv, k, status)
+      class(mechanical_system), intent(inout) :: sys
       real(wp), intent(in) :: t, q(:), v(:)
       type(c_ptr), intent(in) :: g, gv, k
+      type(status_type), intent(inout) :: status
       type(jacobian_type) :: jacobian
       real(wp), allocatable :: x(:), gt(:)
       integer :: ierr
-      associate (sys => s%sys, status => s%status)
-         if (sys%holonomic > 0 .and. c_associated(g)) then
-            allocate (x(sys%holonomic))
-            call sys%constraint(t, q, x, ierr)
-            call give_checked('constraint', x, ierr, t, g, status)
-            deallocate (x)
-         end if
-         if (sys%holonomic > 0 .and. c_associated(gv) .and. .not. status%failed()) then
-            allocate (x(sys%holonomic), gt(sys%holonomic))
-            call jacobian%init(sys%holonomic, sys%n, sys%constraints%g, status)
-            gt = 0.0_wp
-            x = 0.0_wp
-            ierr = 0
-            if (.not. status%failed()) call sys%constraint_jacobian(t, q, jacobian, gt, ierr)
-            if (.not. status%failed() .and. ierr == 0) call jacobian%multiply(v, x)
-            call give_checked('constraint_jacobian', x + gt, ierr, t, gv, status)
-            deallocate (x)
-         end if
-         if (sys%nonholonomic > 0 .and. c_associated(k) .and. .not. status%failed()) then
-            allocate (x(sys%nonholonomic))
-            call sys%velocity_constraint(t, q, v, x, ierr)
-            call give_checked('velocity_constraint', x, ierr, t, k, status)
-         end if
-      end associate
+      if (sys%holonomic > 0 .and. c_associated(g)) then
+         allocate (x(sys%holonomic))
+         call sys%constraint(t, q, x, ierr)
+         call give_checked('constraint', x, ierr, t, g, status)
+         deallocate (x)
+      end if
+      if (sys%holonomic > 0 .and. c_associated(gv) .and. .not. status%failed()) then
+         allocate (x(sys%holonomic), gt(sys%holonomic))
+         call jacobian%init(sys%holonomic, sys%n, sys%constraints%g, status)
+         gt = 0.0_wp
+         x = 0.0_wp
+         ierr = 0
+         if (.not. status%failed()) call sys%constraint_jacobian(t, q, jacobian, gt, ierr)
+         if (.not. status%failed() .and. ierr == 0) call jacobian%multiply(v, x)
+         call give_checked('constraint_jacobian', x + gt, ierr, t, gv, status)
+         deallocate (x)
+      end if
+      if (sys%nonholonomic > 0 .and. c_associated(k) .and. .not. status%failed()) then
+         allocate (x(sys%nonholonomic))
+         call sys%velocity_constraint(t, q, v, x, ierr)
+         call give_checked('velocity_constraint', x, ierr, t, k, status)
+      end if
    end subroutine residuals
 
    recursive subroutine give_checked(name, x, ierr, t, to, status)

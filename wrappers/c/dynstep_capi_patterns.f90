@@ -3,7 +3,7 @@
 !> describes each function.  C counts rows, columns and entries from 0, the library and its messages from 1.
 module dynstep_capi_patterns
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_intptr_t, c_ptr
-   use dynstep_c_handle, only: change, integrator_type, reach
+   use dynstep_c_handle, only: change, integrator_type, reach_mechanical
    use dynstep_jacobian, only: pattern_type
    use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, dynstep_success, status_type
    use dynstep_text, only: text
@@ -26,7 +26,7 @@ contains
       type(integrator_type), pointer :: s
       type(pattern_type) :: pattern
 
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_pattern', s)
       if (code /= dynstep_success) return
       if (which < which_constraint .or. which > which_velocity) then
          call s%status%set(dynstep_invalid_input, 'which = '//text(which)//' must be 1 (G of the constraints) or 2 (K of ' &
@@ -101,7 +101,7 @@ contains
       integer(c_int), pointer :: from(:)
       integer, allocatable :: own(:)
 
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_constraint_order', s)
       if (code /= dynstep_success) return
       if (count < 0) then
          call s%status%set(dynstep_invalid_input, 'count = '//text(count)//' must be 0 or more')

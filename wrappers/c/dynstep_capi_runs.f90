@@ -4,11 +4,12 @@
 module dynstep_capi_runs
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_int, c_intptr_t, &
       & c_null_funptr, c_null_ptr, c_ptr
-   use dynstep_c_handle, only: integrator_type, reach
+   use dynstep_c_handle, only: check_started, integrator_type, reach
    use dynstep_c_systems, only: c_observer_function
    use dynstep_integrate, only: control_type
    use dynstep_kinds, only: long, wp
    use dynstep_status, only: dynstep_invalid_input, dynstep_more, dynstep_success
+   use dynstep_stepper, only: multiplier_counts
    use dynstep_text, only: text
    implicit none
    private
@@ -80,10 +81,8 @@ contains
       type(integrator_type), intent(inout) :: s
       real(wp), intent(in) :: t_end
       type(control_type), intent(in) :: control
-      if (.not. s%started) then
-         call s%status%set(dynstep_invalid_input, 'call dynstep_start first, and again after a set function')
-         return
-      end if
+      call check_started(s)
+      if (s%status%failed()) return
       call s%run%begin(s%sys, s%state, t_end, control, s%status)
       s%running = .not. s%status%failed()
       s%recording = 0
@@ -141,6 +140,7 @@ contains
       type(integrator_type), intent(inout) :: s
       integer, intent(in) :: capacity
       type(c_ptr), intent(in) :: t_out, q_out, v_out, a_out
+      integer :: m, p
       s%points%capacity = capacity
       s%points%t => null()
       s%points%q => null()
@@ -148,9 +148,10 @@ contains
       s%points%a => null()
       if (c_associated(t_out)) call c_f_pointer(t_out, s%points%t, [capacity])
       if (c_associated(q_out)) call c_f_pointer(q_out, s%points%q, [s%n, capacity])
-      if (c_associated(v_out)) call c_f_pointer(v_out, s%points%v, [s%n, capacity])
+      if (c_associated(v_out) .and. .not. s%first_order) call c_f_pointer(v_out, s%points%v, [s%n, capacity])
       if (c_associated(a_out)) call c_f_pointer(a_out, s%points%a, [s%n, capacity])
-      call s%points%reserve(s%sys%holonomic, s%sys%nonholonomic, s%status)
+      call multiplier_counts(s%sys, m, p)
+      call s%points%reserve(m, p, s%status)
    end subroutine attach
 
    !> First the points that found no room before and the code that came with them, if it was

@@ -4,13 +4,15 @@
 module dynstep_capi_steps
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_long_long, c_ptr
-   use dynstep_c_assembly, only: assemble, assemble_system
-   use dynstep_c_handle, only: integrator_type, reach
+   use dynstep_c_assembly, only: assemble, assemble_system, start_at
+   use dynstep_c_handle, only: check_started, integrator_type, reach, reach_mechanical
    use dynstep_c_text, only: give, put_text, take_point
    use dynstep_check_system, only: check_system, finding_length
    use dynstep_kinds, only: wp
-   use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input, dynstep_not_finite, dynstep_success
-   use dynstep_stepper, only: clock_type
+   use dynstep_mechanical_system, only: mechanical_system
+   use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input, dynstep_not_finite, dynstep_success, &
+      & status_type
+   use dynstep_stepper, only: clock_type, state_type
    use dynstep_text, only: text
    implicit none
    private
@@ -35,14 +37,17 @@ contains
       real(c_double), pointer :: q0(:), v0(:)
       character(len=finding_length), allocatable :: findings(:)
 
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_check', s)
       if (code /= dynstep_success) return
       call put_text('', length, report)
       call take_point(s%n, n, t, q, v, q0, v0, s%status)
       if (.not. s%assembled) call assemble_system(s)
       if (.not. s%status%failed()) then
          s%busy = .true.
-         call check_system(s%sys, t, q0, v0, findings, s%status)
+         select type (sys => s%sys)
+         class is (mechanical_system)
+            call check_system(sys, t, q0, v0, findings, s%status)
+         end select
          s%busy = .false.
       end if
       if (.not. allocated(findings)) allocate (findings(0))
@@ -74,22 +79,15 @@ contains
       type(integrator_type), pointer :: s
       real(c_double), pointer :: q0(:), v0(:)
 
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_start', s, 'dynstep_start_ode')
       if (code /= dynstep_success) return
       call take_point(s%n, n, t, q, v, q0, v0, s%status)
       call assemble(s)
       code = s%status%code
       if (code /= dynstep_success) return
-      s%started = .false.
-      s%running = .false.
-      s%state%t = t
       s%state%y(1:n) = q0
       s%state%y(n + 1:) = v0
-      s%busy = .true.
-      call s%stepper%start(s%sys, s%state, s%status)
-      s%busy = .false.
-      s%started = .not. s%status%failed()
-      s%step_clock = clock_type(t0=t, h=0.0_wp, k=0)
+      call start_at(s, t)
       code = s%status%code
    end function dynstep_start
 
@@ -108,12 +106,9 @@ contains
 
       code = reach(handle, s)
       if (code /= dynstep_success) return
-      if (.not. s%started) then
-         call s%status%set(dynstep_invalid_input, 'call dynstep_start first, and again after a set function')
-      else if (.not. moves(h, s%state%t)) then
-         call s%status%set(dynstep_invalid_input, 'h = '//text(h)//' must be finite and not vanish beside t = ' &
-            & //text(s%state%t))
-      end if
+      call check_started(s)
+      if (.not. s%status%failed() .and. .not. moves(h, s%state%t)) call s%status%set(dynstep_invalid_input, &
+         & 'h = '//text(h)//' must be finite and not vanish beside t = '//text(s%state%t))
       code = s%status%code
       if (code /= dynstep_success) return
       s%running = .false.
@@ -132,21 +127,15 @@ contains
       type(c_ptr), value :: t, q, v, a
       integer(c_int) :: code
       type(integrator_type), pointer :: s
-      real(c_double), pointer :: t1
 
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_get', s, 'dynstep_get_ode')
       if (code /= dynstep_success) return
-      if (n /= s%n) then
-         call s%status%set(dynstep_invalid_input, 'n = '//text(n)//', but the system has '//text(s%n)//' coordinates')
-      else if (.not. s%started) then
-         call s%status%set(dynstep_invalid_input, 'call dynstep_start first, and again after a set function')
-      end if
+      if (n /= s%n) call s%status%set(dynstep_invalid_input, 'n = '//text(n)//', but the system has '//text(s%n) &
+         & //' coordinates')
+      call check_started(s)
       code = s%status%code
       if (code /= dynstep_success) return
-      if (c_associated(t)) then
-         call c_f_pointer(t, t1)
-         t1 = s%state%t
-      end if
+      call give([s%state%t], t)
       call give(s%state%y(1:n), q)
       call give(s%state%y(n + 1:), v)
       call give(s%state%a, a)
@@ -158,32 +147,41 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       real(c_double), pointer :: e
-      integer :: ierr
 
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_energy', s)
       if (code /= dynstep_success) return
-      if (.not. c_associated(energy)) then
-         call s%status%set(dynstep_invalid_input, 'energy is NULL')
-      else if (.not. s%started) then
-         call s%status%set(dynstep_invalid_input, 'call dynstep_start first, and again after a set function')
-      else if (.not. s%sys%structure%has_energy) then
-         call s%status%set(dynstep_invalid_input, 'the system has no energy: give a function by dynstep_set_energy, ' &
-            & //'or symmetric M and K of a linear system')
-      end if
-      code = s%status%code
-      if (code /= dynstep_success) return
-      call c_f_pointer(energy, e)
-      s%busy = .true.
-      call s%sys%energy(s%state%t, s%state%y(:s%n), s%state%y(s%n + 1:), e, ierr)
-      s%busy = .false.
-      if (ierr /= 0) then
-         call s%status%set(dynstep_callback_failed, 'energy gave up at t = '//text(s%state%t)//' (ierr = ' &
-            & //text(ierr)//')')
-      else if (.not. ieee_is_finite(e)) then
-         call s%status%set(dynstep_not_finite, 'energy returned '//text(e)//' at t = '//text(s%state%t))
+      if (.not. c_associated(energy)) call s%status%set(dynstep_invalid_input, 'energy is NULL')
+      call check_started(s)
+      if (.not. s%status%failed()) then
+         call c_f_pointer(energy, e)
+         s%busy = .true.
+         select type (sys => s%sys)
+         class is (mechanical_system)
+            call evaluate_energy(sys, s%state, e, s%status)
+         end select
+         s%busy = .false.
       end if
       code = s%status%code
    end function dynstep_energy
+
+   recursive subroutine evaluate_energy(sys, state, energy, status)
+      class(mechanical_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(inout) :: energy
+      type(status_type), intent(inout) :: status
+      integer :: ierr
+      if (.not. sys%structure%has_energy) then
+         call status%set(dynstep_invalid_input, 'the system has no energy: give a function by dynstep_set_energy, ' &
+            & //'or symmetric M and K of a linear system')
+         return
+      end if
+      call sys%energy(state%t, state%y(:sys%n), state%y(sys%n + 1:), energy, ierr)
+      if (ierr /= 0) then
+         call status%set(dynstep_callback_failed, 'energy gave up at t = '//text(state%t)//' (ierr = '//text(ierr)//')')
+      else if (.not. ieee_is_finite(energy)) then
+         call status%set(dynstep_not_finite, 'energy returned '//text(energy)//' at t = '//text(state%t))
+      end if
+   end subroutine evaluate_energy
 
    recursive function dynstep_counts(handle, counts) result(code) bind(c)
       integer(c_intptr_t), value :: handle

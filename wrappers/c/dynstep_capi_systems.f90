@@ -3,20 +3,21 @@
 module dynstep_capi_systems
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_int, &
       & c_intptr_t, c_null_funptr, c_null_ptr, c_ptr
-   use dynstep_c_handle, only: change, integrator_type, reach
+   use dynstep_c_handle, only: change, integrator_type, reach, reach_mechanical
+   use dynstep_c_matrices, only: check_storage, take_matrix
    use dynstep_c_systems, only: c_energy_function, c_force_function, c_load_function, c_tangent_function
+   use dynstep_c_text, only: take_vector
    use dynstep_kinds, only: wp
    use dynstep_linear_system, only: load_none, load_procedure, load_samples
    use dynstep_load_table, only: load_table_type
-   use dynstep_matrix, only: identity_matrix, kind_banded, kind_dense, kind_diagonal, kind_zero, &
-      & matrix_type
+   use dynstep_matrix, only: identity_matrix, kind_banded, kind_diagonal, kind_zero, matrix_type
    use dynstep_status, only: dynstep_invalid_input, dynstep_success, status_type
    use dynstep_text, only: text
    implicit none
    private
 
    public :: dynstep_set_force, dynstep_set_mass, dynstep_set_tangent, dynstep_set_structure, dynstep_set_energy
-   public :: dynstep_set_matrix, dynstep_set_load, dynstep_set_load_table
+   public :: dynstep_set_matrix, dynstep_set_load, dynstep_set_load_table, dynstep_set_coupling
 
    !> `which` of dynstep_set_matrix, as in dynstep.h
    integer, parameter :: which_mass = 1, which_damping = 2, which_stiffness = 3
@@ -28,7 +29,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_force_function), pointer :: p
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_force', s, 'dynstep_set_rhs')
       if (code /= dynstep_success) return
       p => null()
       if (fun /= 0) call c_f_procpointer(transfer(fun, c_null_funptr), p)
@@ -44,7 +45,7 @@ contains
       type(integrator_type), pointer :: s
       procedure(c_force_function), pointer :: p
 
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_mass', s)
       if (code /= dynstep_success) return
       p => null()
       if (fun /= 0) then
@@ -71,7 +72,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_tangent_function), pointer :: p
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_tangent', s, 'dynstep_set_jacobian')
       if (code /= dynstep_success) return
       p => null()
       if (fun /= 0) call c_f_procpointer(transfer(fun, c_null_funptr), p)
@@ -87,7 +88,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
 
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_structure', s, 'dynstep_set_jacobian')
       if (code /= dynstep_success) return
       call check_storage(s%n, kind, kl, ku, symmetric, kind_diagonal, s%status)
       code = s%status%code
@@ -109,7 +110,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_energy_function), pointer :: p
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_energy', s)
       if (code /= dynstep_success) return
       p => null()
       if (fun /= 0) call c_f_procpointer(transfer(fun, c_null_funptr), p)
@@ -126,28 +127,18 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       type(matrix_type) :: matrix
-      real(c_double), pointer :: entries(:, :)
 
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_matrix', s, 'dynstep_set_system_matrix')
       if (code /= dynstep_success) return
       if (which < which_mass .or. which > which_stiffness) then
          call s%status%set(dynstep_invalid_input, 'which = '//text(which)//' must be 1 (mass), 2 (damping) or 3 ' &
             & //'(stiffness)')
       else if (which == which_mass .and. kind == kind_zero) then
          call s%status%set(dynstep_invalid_input, 'kind: the mass matrix must not be zero')
-      else
-         call check_storage(s%n, kind, kl, ku, symmetric, kind_zero, s%status)
       end if
-      if (kind >= kind_diagonal .and. .not. s%status%failed() .and. .not. c_associated(a)) &
-         & call s%status%set(dynstep_invalid_input, 'a is NULL, but a matrix of kind '//text(kind)//' has entries')
-      call matrix%init(kind, s%n, kl, ku, symmetric /= 0, s%status)
       code = s%status%code
       if (code /= dynstep_success) return
-      if (kind >= kind_diagonal) then
-         call c_f_pointer(a, entries, shape(matrix%a))
-         matrix%a = entries
-      end if
-      call matrix%check(name_of(which), s%n, s%status)
+      call take_matrix(name_of(which), s%n, kind, kl, ku, symmetric, a, matrix, s%status)
       code = s%status%code
       if (code /= dynstep_success) return
       select case (which)
@@ -175,7 +166,7 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       procedure(c_load_function), pointer :: p
-      code = reach(handle, s)
+      code = reach_mechanical(handle, 'dynstep_set_load', s, 'dynstep_set_source')
       if (code /= dynstep_success) return
       p => null()
       if (fun /= 0) call c_f_procpointer(transfer(fun, c_null_funptr), p)
@@ -188,6 +179,40 @@ contains
       end if
       call change(s)
    end function dynstep_set_load
+
+   recursive function dynstep_set_coupling(handle, b, k, c) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      type(c_ptr), value :: b, k, c
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      real(wp), allocatable :: coupling(:, :)
+
+      code = reach_mechanical(handle, 'dynstep_set_coupling', s)
+      if (code /= dynstep_success) return
+      allocate (coupling(s%n, 3))
+      if (c_associated(b)) then
+         call take_gains('b', b, coupling(:, 1), s%status)
+         call take_gains('k', k, coupling(:, 2), s%status)
+         call take_gains('c', c, coupling(:, 3), s%status)
+      end if
+      code = s%status%code
+      if (code /= dynstep_success) return
+      if (allocated(s%coupling)) deallocate (s%coupling)
+      if (c_associated(b)) call move_alloc(coupling, s%coupling)
+      call change(s)
+   end function dynstep_set_coupling
+
+   recursive subroutine take_gains(name, from, gains, status)
+      character(len=*), intent(in) :: name
+      type(c_ptr), intent(in) :: from                !! null: zeros
+      real(wp), intent(out) :: gains(:)
+      type(status_type), intent(inout) :: status
+      real(c_double), pointer :: x(:)
+      gains = 0.0_wp
+      if (.not. c_associated(from)) return
+      call take_vector(name, size(gains, kind=c_int), from, x, status)
+      if (.not. status%failed()) gains = x
+   end subroutine take_gains
 
    recursive function dynstep_set_load_table(handle, signals, ns, t0, dt, times, samples, pattern, outside) &
       & result(code) bind(c)
@@ -205,7 +230,9 @@ contains
       if (code /= dynstep_success) return
       if (ns == 0) then
          if (s%linear%load_kind == load_samples) s%linear%load_kind = load_none
+         if (s%linear_ode%source_kind == load_samples) s%linear_ode%source_kind = load_none
          s%linear%table = table
+         s%linear_ode%table = table
          call change(s)
          return
       end if
@@ -233,30 +260,14 @@ contains
          call c_f_pointer(pattern, array, [s%n, int(signals)])
          table%pattern = array
       end if
-      call s%linear%set_table(table, s%status)
-      code = s%status%code
-      if (code /= dynstep_success) return
-      s%linear%load_function => null()
-      call change(s)
-   end function dynstep_set_load_table
-
-   !> Kind and bandwidths that a caller gives are ones that there are
-   recursive subroutine check_storage(n, kind, kl, ku, symmetric, least, status)
-      integer, intent(in) :: n
-      integer(c_int), intent(in) :: kind, kl, ku, symmetric
-      integer, intent(in) :: least               !! first of the kinds that are allowed
-      type(status_type), intent(inout) :: status
-      if (kind < least .or. kind > kind_dense) then
-         call status%set(dynstep_invalid_input, 'kind = '//text(kind)//' must be one of '//text(least)//' to ' &
-            & //text(kind_dense)//' of enum dynstep_kind')
-      else if (kind == kind_banded) then
-         if (kl < 0 .or. ku < 0 .or. kl >= n .or. ku >= n) then
-            call status%set(dynstep_invalid_input, 'kl = '//text(kl)//' and ku = '//text(ku) &
-               & //' must lie between 0 and n - 1 = '//text(n - 1))
-         else if (symmetric /= 0 .and. kl /= ku) then
-            call status%set(dynstep_invalid_input, 'kl = '//text(kl)//' and ku = '//text(ku) &
-               & //' must be equal in a symmetric band')
-         end if
+      if (s%first_order) then
+         call s%linear_ode%set_table(table, s%status)
+         if (.not. s%status%failed()) s%linear_ode%source_function => null()
+      else
+         call s%linear%set_table(table, s%status)
+         if (.not. s%status%failed()) s%linear%load_function => null()
       end if
-   end subroutine check_storage
+      code = s%status%code
+      if (code == dynstep_success) call change(s)
+   end function dynstep_set_load_table
 end module dynstep_capi_systems

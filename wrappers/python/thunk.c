@@ -334,15 +334,45 @@ static int load(int n, double t, double *p, void *context)
     return code;
 }
 
+/* Without v where the system is of first order: (t, y, y') */
 static int observer(int n, double t, const double *q, const double *v, const double *a, void *context)
 {
     PyGILState_STATE gil = PyGILState_Ensure();
-    PyObject *result = call(context, t, 3, (const vector_in[]){{n, q}, {n, v}, {n, a}});
+    PyObject *result = v ? call(context, t, 3, (const vector_in[]){{n, q}, {n, v}, {n, a}})
+                         : call(context, t, 2, (const vector_in[]){{n, q}, {n, a}});
     int stop = result ? PyObject_IsTrue(result) : 0;
     Py_XDECREF(result);
     int code = outcome(context);
     PyGILState_Release(gil);
     return code ? code : stop;
+}
+
+/* ---- First-order systems ---- */
+
+static int rhs(int n, double t, const double *y, double *f, void *context)
+{
+    PyGILState_STATE gil = PyGILState_Ensure();
+    PyObject *result = call(context, t, 1, (const vector_in[]){{n, y}});
+    if (result) {
+        take(context, result, n, 0, f);
+        Py_DECREF(result);
+    }
+    int code = outcome(context);
+    PyGILState_Release(gil);
+    return code;
+}
+
+static int jacobian(int n, double t, const double *y, double *jac, void *context)
+{
+    PyGILState_STATE gil = PyGILState_Ensure();
+    PyObject *result = call(context, t, 1, (const vector_in[]){{n, y}});
+    if (result) {
+        take(context, result, n, PyLong_AsLong(ITEM(context, ROWS)), jac);
+        Py_DECREF(result);
+    }
+    int code = outcome(context);
+    PyGILState_Release(gil);
+    return code;
 }
 
 /* ---- Constraints ---- */
@@ -490,10 +520,10 @@ static int reordered_observer(int n, double t, const double *q, const double *v,
     double *work = (double *)c[2];
     for (int i = 0; i < n; i++) {
         work[order[i]] = q[i];
-        work[n + order[i]] = v[i];
+        if (v) work[n + order[i]] = v[i];
         work[2*n + order[i]] = a[i];
     }
-    return ((dynstep_observer *)c[0])(n, t, work, work + n, work + 2*n, (void *)c[1]);
+    return ((dynstep_observer *)c[0])(n, t, work, v ? work + n : NULL, work + 2*n, (void *)c[1]);
 }
 
 /* Address of a thunk; _functions.py has the same numbers */
@@ -515,6 +545,9 @@ intptr_t python_function(int which)
     case 12: return (intptr_t)reaction;
     case 13: return (intptr_t)reaction_jacobian;
     case 14: return (intptr_t)reaction_tangent;
+    case 15: return (intptr_t)rhs;
+    case 16: return (intptr_t)jacobian;
+    case 17: return (intptr_t)load;                       /* source */
     case 100: return (intptr_t)reordered_load;
     case 101: return (intptr_t)reordered_observer;
     default: return 0;

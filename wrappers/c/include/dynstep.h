@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* dynstep: time integrators for mechanical systems, M(t,q,v) q'' = f(t,q,v), free or with constraints.
- * The C interface.
+/* dynstep: time integrators for mechanical systems, M(t,q,v) q'' = f(t,q,v), free or with constraints, and for
+ * first-order systems, y' = f(t,y).  The C interface.
  *
  *   intptr_t s = dynstep_new(n);
  *   dynstep_set_force(s, (intptr_t)force, (intptr_t)&data);
@@ -19,13 +19,22 @@
  * a set function, dynstep_start must be called (again) before the next step or run.  A set function
  * that is called again replaces what it set before; one that fails changes nothing.
  *
- * SYSTEMS.  Two kinds:
+ * MECHANICAL SYSTEMS belong to handles of dynstep_new.  Two kinds:
  *   general   dynstep_set_force, with dynstep_set_mass or a constant mass by dynstep_set_matrix,
  *             dynstep_set_tangent, dynstep_set_structure, dynstep_set_energy where they apply; with
  *             constraints, dynstep_set_constraint and its relatives;
  *   linear    M q'' + C q' + K q = p(t): no force, but dynstep_set_matrix, and dynstep_set_load
- *             or dynstep_set_load_table (the one set last counts) where there is a load.
+ *             or dynstep_set_load_table (the one set last counts) where there is a load, and
+ *             dynstep_set_coupling where there is feedback.
  * What is not set: M is the identity, C, K and p are zero, tangents are taken by differences.
+ *
+ * FIRST-ORDER SYSTEMS belong to handles of dynstep_new_ode.  Two kinds:
+ *   general   y' = f(t,y): dynstep_set_rhs, and dynstep_set_jacobian where it applies;
+ *   linear    y' = A y + b(t): dynstep_set_system_matrix, and dynstep_set_source or
+ *             dynstep_set_load_table (the one set last counts) where there is a source.
+ * They start by dynstep_start_ode and are asked by dynstep_get_ode.  In the functions for runs y has the place
+ * of q, y' that of a, and v is not there: dynstep_proceed does not write v_out, and an observer gets v = NULL.
+ * A function that is for the other kind of handle gives DYNSTEP_INVALID_INPUT and changes nothing.
  *
  * FUNCTIONS AND CONTEXTS are passed as addresses, (intptr_t)function and (intptr_t)&data.  A function
  * address of 0 takes the function away.  They must stay valid while the handle uses them.  User
@@ -191,10 +200,16 @@ typedef int dynstep_reaction_jacobian(int n, int m, int p, double t, const doubl
 typedef int dynstep_reaction_tangent(int n, int m, int p, double t, const double *q, const double *v,
                                      const double *lambda, const double *psi, double *k, double *c, void *ctx);
 
-/* p(t) of a linear system */
+/* p(t) of a linear system, b(t) of a linear first-order system */
 typedef int dynstep_load(int n, double t, double *p, void *ctx);
 
-/* Sees each accepted step of a run; a result other than 0 ends the run with DYNSTEP_STOPPED */
+/* f(t,y), the right-hand side of a first-order system */
+typedef int dynstep_rhs(int n, double t, const double *y, double *f, void *ctx);
+
+/* df/dy in the storage of the kind that was set, zero on entry */
+typedef int dynstep_jacobian_function(int n, double t, const double *y, double *jac, void *ctx);
+
+/* Sees each accepted step of a run (q = y, v = NULL and a = y' for a first-order system); a result other than 0 ends the run with DYNSTEP_STOPPED */
 typedef int dynstep_observer(int n, double t, const double *q, const double *v, const double *a, void *ctx);
 
 /* ---- Handles ---- */
@@ -206,6 +221,9 @@ int dynstep_version(void);
  * gamma = 1/2.  0 where n < 1 or n > INT_MAX/2, where the memory is used up, or where addresses have more
  * than 48 bits. */
 intptr_t dynstep_new(int n);
+
+/* Integrator of a first-order system of n >= 1 unknowns.  0 where n < 1, and as above. */
+intptr_t dynstep_new_ode(int n);
 
 /* Free the integrator and set *handle to 0.  A handle of 0 is left alone. */
 int dynstep_delete(intptr_t *handle);
@@ -288,7 +306,7 @@ int dynstep_set_matrix(intptr_t handle, int which, int kind, int kl, int ku, int
 
 int dynstep_set_load(intptr_t handle, intptr_t fun, intptr_t ctx);                       /* dynstep_load */
 
-/* Load by samples, p(t) = B s(t) with s linear between its samples.
+/* Load (or source of a first-order system) by samples, p(t) = B s(t) with s linear between its samples.
  *   signals      how many signals
  *   ns           how many samples of each, >= 2
  *   t0, dt       time of the first sample and interval > 0; read where times is NULL
@@ -299,6 +317,27 @@ int dynstep_set_load(intptr_t handle, intptr_t fun, intptr_t ctx);              
  * ns = 0 takes the table away (the other arguments are then not read). */
 int dynstep_set_load_table(intptr_t handle, int signals, int ns, double t0, double dt, const double *times,
                            const double *samples, const double *pattern, int outside);
+
+/* Feedback of a linear system: M q'' + C q' + K q = p(t) - b (k.q + c.q'), a force along b by gains k and c of any
+ * coordinates, which would fill the band of C and K.  b, k, c: [n]; k or c NULL: zeros; b NULL takes the coupling
+ * away (the others are then not read).  Newmark's method and its relatives refuse a coupling. */
+int dynstep_set_coupling(intptr_t handle, const double *b, const double *k, const double *c);
+
+/* ---- The system: of first order ---- */
+
+int dynstep_set_rhs(intptr_t handle, intptr_t fun, intptr_t ctx);                       /* dynstep_rhs */
+
+/* Jacobian by a function, or by differences (fun = 0), in the storage of kind DYNSTEP_DIAGONAL, _BANDED (with kl,
+ * ku) or _DENSE.  Without this call: dense, by differences.  What is declared is believed: entries outside are
+ * taken for zero.  Only the speed of Newton's iteration depends on it. */
+int dynstep_set_jacobian(intptr_t handle, intptr_t fun, intptr_t ctx, int kind, int kl,
+                         int ku);                                         /* dynstep_jacobian_function */
+
+/* A of y' = A y + b(t); any kind of enum dynstep_kind */
+int dynstep_set_system_matrix(intptr_t handle, int kind, int kl, int ku, const double *a);
+
+/* b(t); a table is given by dynstep_set_load_table */
+int dynstep_set_source(intptr_t handle, intptr_t fun, intptr_t ctx);                    /* dynstep_load */
 
 /* ---- The method ---- */
 
@@ -368,6 +407,9 @@ int dynstep_check(intptr_t handle, int n, double t, const double *q, const doubl
  * With constraints q and v are moved onto them (dynstep_set_start); dynstep_get tells where they are. */
 int dynstep_start(intptr_t handle, int n, double t, const double *q, const double *v);
 
+/* The same for a first-order system: computes y' */
+int dynstep_start_ode(intptr_t handle, int n, double t, const double *y);
+
 /* What the last dynstep_start found and moved with generalized-alpha or SOI2, also where it failed:
  * report[5] = largest |g|, |g'|, |k| (these two at the projected q), largest change of a coordinate, of a
  * velocity */
@@ -383,6 +425,9 @@ int dynstep_step(intptr_t handle, double h);
 
 /* Last accepted point; NULL: not wanted */
 int dynstep_get(intptr_t handle, int n, double *t, double *q, double *v, double *a);
+
+/* The same for a first-order system, yp = y' */
+int dynstep_get_ode(intptr_t handle, int n, double *t, double *y, double *yp);
 
 /* Multipliers of the last accepted point, lambda[m] and psi[p]; NULL: not wanted */
 int dynstep_get_multipliers(intptr_t handle, int m, double *lambda, int p, double *psi);
@@ -403,7 +448,8 @@ int dynstep_counts(intptr_t handle, long long *counts);
 int dynstep_count_name(int i, int length, char *buffer);
 
 /* Extrapolation table of the last step: numbers[j] sub-steps in row j, and component i of [q; v] in row j,
- * column k <= j in table[i + j*size + k*size*levels] (i < size = 2n; j, k < levels; all from 0) */
+ * column k <= j in table[i + j*size + k*size*levels] (i < size = 2n; j, k < levels; all from 0).  For a first-order
+ * system: of y, and size = n */
 int dynstep_tableau(intptr_t handle, int size, int levels, double *table, int *numbers);
 
 /* ---- Runs ---- */
@@ -427,7 +473,8 @@ int dynstep_begin(intptr_t handle, double t_end, double h, int every, int n_eval
  *   capacity        room for points in the arrays below
  *   *count          points written by this call, 0..capacity
  *   t_out           [capacity] times
- *   q_out, v_out, a_out   point i in q_out[i*n] .. q_out[i*n + n-1]; NULL: not wanted
+ *   q_out, v_out, a_out   point i in q_out[i*n] .. q_out[i*n + n-1]; NULL: not wanted.  For a first-order system y
+ *                   in q_out and y' in a_out; v_out is left alone
  * Returns DYNSTEP_MORE where max_steps or the room is used up; call again to go on.  The points and their
  * bits do not depend on how a run is cut into calls, and none is lost: one that finds no room comes with the
  * next call, and so does any code but DYNSTEP_MORE.  After DYNSTEP_STOPPED a further call goes on, too.

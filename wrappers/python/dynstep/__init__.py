@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Time integrators for mechanical systems, M(t,q,v) q'' = f(t,q,v), free or constrained.
+"""Time integrators for mechanical systems, M(t,q,v) q'' = f(t,q,v), free or constrained, and for y' = f(t,y).
 
     >>> import dynstep
     >>> system = dynstep.LinearSystem(M=2.0, K=8.0)
     >>> solution = dynstep.solve(system, (0, 10), 1.0, 0.0, h=0.1)
     >>> solution.plot()
 
-Systems: `LinearSystem`, `MechanicalSystem`.  Methods: `Newmark`, `Midpoint`, `NewmarkExtrapolation`,
+Systems: `LinearSystem`, `MechanicalSystem`, of first order `LinearOde`, `OdeSystem`.  Methods: `Newmark`, `Midpoint`, `NewmarkExtrapolation`,
 `MidpointExtrapolation`, `GeneralizedAlpha`, and for constraints `SOI2`, `HHT`; `methods()` shows their facts.
-`solve` integrates over an interval, `Integrator` makes one step at a time.
+`solve` and `solve_ode` integrate over an interval, `Integrator` makes one step at a time.
 """
 
 from ._alpha_methods import HHT, SOI2, GeneralizedAlpha
@@ -25,13 +25,16 @@ from ._matrices import Banded, banded
 from ._mechanical import MechanicalSystem
 from ._method_table import methods
 from ._methods import MethodProperties, Midpoint, MidpointExtrapolation, Newmark, NewmarkExtrapolation, Newton
-from ._solution import Solution
+from ._ode import LinearOde, OdeSystem
+from ._solution import OdeSolution, Solution
 from ._solve import solve
+from ._solve_ode import solve_ode
 
 __version__ = ".".join(str(_version()//k % 100) for k in (10000, 100, 1))
 
 __all__ = [
     "Banded", "CheckReport", "ConstraintDrift", "GeneralizedAlpha", "HHT", "IntegrationError", "Integrator",
-    "LinearSystem", "LoadTable", "MechanicalSystem", "MethodProperties", "Midpoint", "MidpointExtrapolation", "Newmark",
-    "NewmarkExtrapolation", "Newton", "OutOfDomain", "SOI2", "Solution", "StartCorrected", "StartCorrection", "banded",
-    "check_system", "compiled", "ground_motion", "methods", "read_at2", "signature", "solve"]
+    "LinearOde", "LinearSystem", "LoadTable", "MechanicalSystem", "MethodProperties", "Midpoint",
+    "MidpointExtrapolation", "Newmark", "NewmarkExtrapolation", "Newton", "OdeSolution", "OdeSystem", "OutOfDomain",
+    "SOI2", "Solution", "StartCorrected", "StartCorrection", "banded", "check_system", "compiled", "ground_motion",
+    "methods", "read_at2", "signature", "solve", "solve_ode"]

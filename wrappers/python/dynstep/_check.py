@@ -4,6 +4,7 @@
 from . import _core
 from ._arguments import number, vector
 from ._handle import INVALID_INPUT, Handle
+from ._solve import check_mechanical
 
 
 class CheckReport:
@@ -41,6 +42,7 @@ def check_system(system, t, q, v):
     Exception
         Whatever a Python function of the system raises.
     """
+    check_mechanical(system)
     q, v = vector("q", q, system.n), vector("v", v, system.n)
     if system.ordering is not None:
         q, v = q[system.ordering], v[system.ordering]

@@ -30,6 +30,9 @@ PARAMETERS = {
     "reaction": _REACTION + ", double *r, void *ctx",
     "reaction_jacobian": _REACTION + ", double *rl, double *rp, void *ctx",
     "reaction_tangent": _REACTION + ", double *k, double *c, void *ctx",
+    "rhs": "int n, double t, const double *y, double *f, void *ctx",
+    "jacobian": "int n, double t, const double *y, double *jac, void *ctx",
+    "source": "int n, double t, double *b, void *ctx",
 }
 
 _FunctionPointer = ctypes.CFUNCTYPE(None).__bases__[0]
@@ -56,12 +59,13 @@ def signature(function="force", form="numba"):
     Parameters
     ----------
     function : {"force", "mass", "tangent", "energy", "load", "observer", "constraint", ...}
-        Or another function of :class:`MechanicalSystem`, by the name of its argument.  Arrays are those of
+        Or another function of :class:`MechanicalSystem`, :class:`OdeSystem` or :class:`LinearOde`, by the name of its
+        argument.  Arrays are those of
         `dynstep.h`: vectors have n entries, matrices are stored by columns (LAPACK band storage where they are
         declared banded), zero on entry.  Jacobians of constraints are stored by rows: G[i, j] is ``gq[j + i*n]``, or
         the values in the order of the pattern where one is declared; dr/dlambda[i, j] is ``rl[i + j*n]``.  All return
         0, or > 0 for "outside the domain, a smaller step may help", or < 0 for "give up"; an
-        observer returns 1 to stop.
+        observer returns 1 to stop, and gets y in q, y' in a and NULL in v where the system is of first order.
     form : {"numba", "ctypes", "c"}
         For ``numba.cfunc(...)``, a ctypes function type, or the declaration as text.
 

@@ -11,8 +11,9 @@ from . import _core
 from ._compiled import PARAMETERS, recognise
 
 _THUNKS = {kind: _core.python_function(i) for i, kind in enumerate(PARAMETERS)}
-_REORDERED = {"load": _core.python_function(100), "observer": _core.python_function(101)}
-_VECTORS = {"load": 1, "observer": 3}           # vectors of workspace that reordering takes
+_REORDERED = {"load": _core.python_function(100), "source": _core.python_function(100),
+              "observer": _core.python_function(101)}
+_VECTORS = {"load": 1, "source": 1, "observer": 3}           # vectors of workspace that reordering takes
 _MOST_ARGS = 32
 
 

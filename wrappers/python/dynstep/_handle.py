@@ -20,13 +20,14 @@ class Handle:
     Other codes are the business of the caller.
     """
 
-    def __init__(self, n):
+    def __init__(self, n, first_order=False):
         self.address = 0                 # for __del__, should the next line fail
-        self.address = _core.dynstep_new(n)
+        self.address = (_core.dynstep_new_ode if first_order else _core.dynstep_new)(n)
         if not self.address:
-            raise MemoryError(f"no memory for an integrator of {n} coordinates")
+            raise MemoryError(f"no memory for an integrator of {n} {'unknowns' if first_order else 'coordinates'}")
         self.n = n
         self.m = self.p = 0              # constraints of its system
+        self.first_order = first_order   # y' = f(t,y), else a mechanical system
         self.failure = [None]            # the exception of a user function
         self.sentence = ""               # of the last failure or stop
         self._kept = {}                  # what must live as long as the library has its address
@@ -73,6 +74,17 @@ class Handle:
         address, context, kept = (0, 0, None) if function is None else function.bind(self.failure, **form)
         self.call(setter, *before, address, context, *arguments)
         self._kept[setter] = kept
+
+    @property
+    def sizes(self):
+        """How many numbers q, v, a, lambda and psi have at a point of a run; y and y' of a first-order system have the
+        places of q and a."""
+        return (self.n, 0, self.n, 0, 0) if self.first_order else (self.n, self.n, self.n, self.m, self.p)
+
+    @property
+    def time(self):
+        """Of the last good step."""
+        return self.call(_core.dynstep_get_ode if self.first_order else _core.dynstep_get, self.n)[1]
 
     def counts(self):
         """{name: work since the start}."""

@@ -6,14 +6,13 @@ import numpy as np
 from . import _core
 from ._arguments import integer, number, vector
 from ._drift import start_correction, warn_of_correction
-from ._linear import LinearSystem
+from ._handle import TOO_MANY_STEPS
 from ._matrices import NOTHING
-from ._mechanical import MechanicalSystem
 from ._method_table import method_for
 from ._record import NoRecord
-from ._handle import TOO_MANY_STEPS
+from ._request import make_handle, message
 from ._run import drive
-from ._solve import make_handle, message, start
+from ._solve import check_mechanical, start
 
 
 class IntegrationError(RuntimeError):
@@ -48,8 +47,7 @@ class Integrator:
     """
 
     def __init__(self, system, method=None):
-        if not isinstance(system, (LinearSystem, MechanicalSystem)):
-            raise TypeError(f"system must be a LinearSystem or a MechanicalSystem, not {type(system).__name__}")
+        check_mechanical(system)
         self.system = system
         self.method = method_for(system, method)
         self._handle = make_handle(system, self.method)
@@ -109,7 +107,7 @@ class Integrator:
             max_steps = integer("max_steps", max_steps, 1, 2**62)
         with self._handle:
             self._handle.call(_core.dynstep_begin, number("t_end", t_end), number("h", h), 0, NOTHING)
-            code = drive(self._handle, NoRecord(self.system.n), max_steps)
+            code = drive(self._handle, NoRecord(self._handle.sizes), max_steps)
         if code == TOO_MANY_STEPS:
             return False
         self._check(code)

@@ -4,6 +4,7 @@
 import numpy as np
 
 from . import _core
+from ._arguments import vector
 from ._functions import functions
 from ._loads import LoadTable
 from ._matrices import order_of
@@ -28,6 +29,10 @@ class LinearSystem:
         What a compiled load gets as its context; see :func:`compiled`.
     args : tuple
         Further arguments of a Python load.
+    feedback : tuple (b, k, c), optional
+        Keyword only, as the two above.  A force -b (k.q + c.q') on the right-hand side: along b, by gains k and c of
+        any coordinates; vectors of n numbers, None for k or c that is zero.  It does not fill the band of C and K.  Takes
+        one of the methods :class:`Pade`, :class:`BI`.
 
     Attributes
     ----------
@@ -60,10 +65,12 @@ class LinearSystem:
     """
 
     is_constrained = False
+    first_order = False
 
-    def __init__(self, M=None, C=None, K=None, load=None, *, user_data=None, args=()):
+    def __init__(self, M=None, C=None, K=None, load=None, *, user_data=None, args=(), feedback=None):
         self._table = load if isinstance(load, LoadTable) else None
-        self.n = _common_order(M=M, C=C, K=K, load=self._table)
+        self.feedback = None if feedback is None else _feedback(feedback)
+        self.n = common_order({"M": M, "C": C, "K": K}, load=self._table, feedback=self.feedback)
         self._matrices, self.ordering = store(self.n, M=M, C=C, K=K)
         self.load = load
         self._load = functions({"load": None if self._table else load}, user_data, args)["load"]
@@ -105,14 +112,19 @@ class LinearSystem:
     def __repr__(self):
         storage = ", ".join(f"{name} {how}" for name, how in self.storage.items())
         reordered = "" if self.ordering is None else ", reordered"
-        return f"<linear system of {self.n} coordinate(s): {storage}{reordered}>"
+        fed_back = "" if self.feedback is None else ", feedback"
+        return f"<linear system of {self.n} coordinate(s): {storage}{fed_back}{reordered}>"
 
     def _install_constraints(self, handle, t, q, v):
         """There are none."""
 
     def _install(self, handle):
         for name, which in _WHICH.items():
-            self._matrices[name].install(handle, _core.dynstep_set_matrix, which)
+            matrix = self._matrices[name]
+            handle.call(_core.dynstep_set_matrix, which, *matrix.stored(), int(matrix.symmetric), matrix.entries())
+        if self.feedback is not None:
+            order = slice(None) if self.ordering is None else self.ordering
+            handle.call(_core.dynstep_set_coupling, *(x[order] for x in self.feedback))
         if self._table is not None:
             self._table._install(handle, self.ordering)
         elif self._load is not None:
@@ -121,11 +133,26 @@ class LinearSystem:
     _energies = energy
 
 
-def _common_order(load, **matrices):
-    """The n that matrices and load table agree on; 1 where all are numbers."""
+class _Feedback(tuple):
+    """b, k, c."""
+
+    @property
+    def n(self):
+        return self[0].size
+
+
+def _feedback(given):
+    if not isinstance(given, (tuple, list)) or len(given) != 3:
+        raise ValueError(f"feedback must be a tuple (b, k, c) of vectors, not {given!r}")
+    b = vector("b of feedback", given[0]).copy()
+    return _Feedback([b, *(np.zeros(b.size) if x is None else vector(f"{name} of feedback", x, b.size).copy()
+                           for name, x in zip("kc", given[1:]))])
+
+
+def common_order(matrices, **others):
+    """The n that matrices and what else has an n agree on; 1 where all are numbers."""
     orders = {name: n for name, a in matrices.items() if (n := order_of(name, a)) is not None}
-    if load is not None:
-        orders["load"] = load.n
+    orders.update({name: x.n for name, x in others.items() if x is not None})
     if len(set(orders.values())) > 1:
         raise ValueError("the sizes do not fit: " + ", ".join(f"{name} has {n} rows" for name, n in orders.items()))
     return next(iter(orders.values()), 1)

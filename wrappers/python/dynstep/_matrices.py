@@ -121,8 +121,13 @@ class Matrix:
         self.ku = ku
         self.symmetric = _is_symmetric(self)
 
-    def install(self, handle, setter, which):
-        handle.call(setter, which, self.kind, self.kl, self.ku, int(self.symmetric), self.data.T.reshape(-1))
+    def stored(self):
+        """(kind, kl, ku) of the library."""
+        return self.kind, self.kl, self.ku
+
+    def entries(self):
+        """By columns, a vector."""
+        return self.data.T.reshape(-1)
 
     def __repr__(self):
         symmetric = "symmetric" if self.symmetric else "not symmetric"
@@ -188,3 +193,17 @@ def as_matrix(name, a, n):
     if a.ndim == 1:
         return Matrix(DIAGONAL, n, a.copy())
     return Matrix(DENSE, n, a.copy(order="F"))
+
+
+def declared_kind(name, kind, n):
+    """(kind, kl, ku) of the library, of what a user declares: "dense", "diagonal" or (kl, ku)."""
+    if isinstance(kind, str) and kind in ("dense", "diagonal"):
+        return (DENSE if kind == "dense" else DIAGONAL), 0, 0
+    if isinstance(kind, tuple) and len(kind) == 2:
+        return BANDED, integer(f"kl of {name}", kind[0], 0, n - 1), integer(f"ku of {name}", kind[1], 0, n - 1)
+    raise ValueError(f"{name} must be 'dense', 'diagonal' or a tuple (kl, ku), not {kind!r}")
+
+
+def rows_of(n, kind, kl, ku):
+    """Rows of the arrays that a Python function returns; 0: a vector."""
+    return {DIAGONAL: 0, DENSE: n}.get(kind, kl + ku + 1)

@@ -9,7 +9,7 @@ from ._compiled import recognise, signature
 from ._constraints import NAMES as CONSTRAINT_NAMES
 from ._constraints import Constraints
 from ._functions import functions
-from ._matrices import BANDED, DENSE, DIAGONAL, order_of
+from ._matrices import declared_kind, order_of, rows_of
 from ._ordering import store_as_given
 
 _MASS = 1                                       # enum dynstep_matrix
@@ -112,6 +112,7 @@ class MechanicalSystem:
     """
 
     ordering = None
+    first_order = False
 
     def __init__(self, n, force, mass=None, tangent=None, energy=None, *, mass_kind="dense", mass_symmetric=False,
                  mass_constant=False, tangent_kind="dense", tangent_symmetric=False, tangent_constant=False,
@@ -129,10 +130,10 @@ class MechanicalSystem:
                                      "energy": energy, **of_constraints}, user_data, args)
         self._constraints = Constraints(self.n, self._functions, constraints, velocity_constraints,
                                         constraint_pattern, velocity_pattern, equation_order)
-        self._mass_structure = (*_kind("mass_kind", mass_kind, self.n), _symmetric("mass", mass_symmetric, mass_kind),
+        self._mass_structure = (*declared_kind("mass_kind", mass_kind, self.n), _symmetric("mass", mass_symmetric, mass_kind),
                                 int(flag("mass_constant", mass_constant)))
         self._tangent_structure = (
-            *_kind("tangent_kind", tangent_kind, self.n), _symmetric("tangent", tangent_symmetric, tangent_kind),
+            *declared_kind("tangent_kind", tangent_kind, self.n), _symmetric("tangent", tangent_symmetric, tangent_kind),
             int(flag("tangent_constant", tangent_constant)), int(flag("linear", linear)),
             int(flag("velocity_free", velocity_free)))
         self._mass = None
@@ -197,36 +198,23 @@ class MechanicalSystem:
         handle.bind(_core.dynstep_set_force, f["force"])
         if f["mass"] is not None:
             handle.bind(_core.dynstep_set_mass, f["mass"], *self._mass_structure,
-                        rows=_rows(self.n, *self._mass_structure[:3]))
+                        rows=rows_of(self.n, *self._mass_structure[:3]))
         elif self._mass is not None:
-            self._mass.install(handle, _core.dynstep_set_matrix, _MASS)
+            mass = self._mass
+            handle.call(_core.dynstep_set_matrix, _MASS, *mass.stored(), int(mass.symmetric), mass.entries())
         handle.call(_core.dynstep_set_structure, *self._tangent_structure)
         if f["tangent"] is not None:
-            handle.bind(_core.dynstep_set_tangent, f["tangent"], rows=_rows(self.n, *self._tangent_structure[:3]))
+            handle.bind(_core.dynstep_set_tangent, f["tangent"], rows=rows_of(self.n, *self._tangent_structure[:3]))
         if f["energy"] is not None:
             handle.bind(_core.dynstep_set_energy, f["energy"])
 
     def _install_constraints(self, handle, t, q, v):
         """At the first start of a handle: only then there is a point where functions can be asked for m and p."""
         if self._constraints and not handle.m + handle.p:
-            self._constraints.install(handle, self.n, t, q, v, _rows(self.n, *self._tangent_structure[:3]))
-
-
-def _kind(name, kind, n):
-    """(kind, kl, ku) of the library."""
-    if isinstance(kind, str) and kind in ("dense", "diagonal"):
-        return (DENSE if kind == "dense" else DIAGONAL), 0, 0
-    if isinstance(kind, tuple) and len(kind) == 2:
-        return BANDED, integer(f"kl of {name}", kind[0], 0, n - 1), integer(f"ku of {name}", kind[1], 0, n - 1)
-    raise ValueError(f"{name} must be 'dense', 'diagonal' or a tuple (kl, ku), not {kind!r}")
+            self._constraints.install(handle, self.n, t, q, v, rows_of(self.n, *self._tangent_structure[:3]))
 
 
 def _symmetric(name, symmetric, kind):
     if flag(f"{name}_symmetric", symmetric) and isinstance(kind, tuple) and kind[0] != kind[1]:
         raise ValueError(f"{name}_symmetric: kl and ku of {name}_kind = {kind} differ")
     return int(symmetric)
-
-
-def _rows(n, kind, kl, ku):
-    """Rows of the arrays that a Python function returns; 0: a vector."""
-    return {DIAGONAL: 0, DENSE: n}.get(kind, kl + ku + 1)

@@ -3,30 +3,30 @@
 
 import numpy as np
 
-from ._arguments import integer
+from ._arguments import choice, integer
 
 _MOST_LINES = 10
 _FLOOR = 1e-18                   # drawn in place of a residual of zero
-_NAMES = {"q": "displacement q", "v": "velocity v", "a": "acceleration a"}
 
 
-def plot_solution(solution, coordinates, of, ax):
+def plot_solution(solution, chosen, of, ax, labels):
+    """`chosen` are the name and the value of the argument that chooses rows; `labels` the axis for each `of`."""
     plt = _pyplot("plot()")
-    if of not in _NAMES:
-        raise ValueError(f"of must be one of 'q', 'v', 'a', not {of!r}")
+    choice("of", of, labels)
+    name, rows = chosen
     x = getattr(solution, of)
     n = x.shape[0]
-    if coordinates is None:
-        coordinates = range(n) if n <= _MOST_LINES else np.unique(np.linspace(0, n - 1, _MOST_LINES).astype(int))
-    elif np.ndim(coordinates) == 0:
-        coordinates = [coordinates]
+    if rows is None:
+        rows = range(n) if n <= _MOST_LINES else np.unique(np.linspace(0, n - 1, _MOST_LINES).astype(int))
+    elif np.ndim(rows) == 0:
+        rows = [rows]
     if ax is None:
         ax = plt.gca()
-    for i in coordinates:
-        i = integer("coordinates", i, -n, n - 1)
+    for i in rows:
+        i = integer(name, i, -n, n - 1)
         ax.plot(solution.t, x[i], label=f"{of}[{i % n}]")
     ax.set_xlabel("time t")
-    ax.set_ylabel(_NAMES[of])
+    ax.set_ylabel(labels[of])
     ax.legend()
     return ax
 

@@ -10,13 +10,13 @@ _NOTHING = np.empty(0)
 
 
 class Record:
-    """Points of a run of n coordinates with m + p multipliers, at most `expected` of them."""
+    """Points of a run, at most `expected` of them; `sizes` are those of `Handle.sizes`."""
 
-    def __init__(self, n, expected, m=0, p=0):
+    def __init__(self, sizes, expected):
         self.count = 0
-        self._sizes = n, n, n, m, p
+        self._sizes = sizes
         self._expected = max(1, expected)
-        capacity = min(self._expected, max(2, _FIRST_BLOCK//max(n, m, p)))
+        capacity = min(self._expected, max(2, _FIRST_BLOCK//max(sizes)))
         try:
             self._t = np.empty(capacity)
             self._vectors = [np.empty((capacity, size)) for size in self._sizes]
@@ -42,7 +42,7 @@ class Record:
         self._resize(self.count)
         if order is not None:
             place = np.argsort(order)
-            for x in self._vectors[:3]:
+            for x in (x for x in self._vectors[:3] if x.shape[1]):
                 for i in range(0, self.count, 1024):             # no second copy of the whole
                     x[i:i + 1024] = x[i:i + 1024, place]
         return (self._t, *(x.T for x in self._vectors))
@@ -58,16 +58,16 @@ class Record:
 
     def _no_memory(self, points):
         size = 8*points*(sum(self._sizes) + 1)/2**30
-        return MemoryError(f"no memory for {points} points of {self._sizes[0]} coordinates ({size:.3g} GiB); "
+        return MemoryError(f"no memory for {points} points of {self._sizes[0]} coordinates or unknowns ({size:.3g} GiB); "
                            "record fewer of them with every=... or t_eval=...")
 
 
 class NoRecord:
     """For runs that record nothing."""
 
-    def __init__(self, n, m=0, p=0):
+    def __init__(self, sizes):
         self.count = 0
-        self._sizes = n, n, n, m, p
+        self._sizes = sizes
 
     def room(self):
         return (_NOTHING,)*4

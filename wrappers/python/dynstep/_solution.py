@@ -1,12 +1,36 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What `solve` returns."""
+"""What `solve` and `solve_ode` return."""
 
 from functools import cached_property
 
 from ._drift import constraint_drift
 
 
-class Solution:
+class _Outcome:
+    """How a trajectory came about."""
+
+    def __init__(self, status, message, counts, method, system, sol):
+        self.sol = sol
+        self.status = status
+        self.message = message
+        self.counts = counts
+        self.method = method
+        self.system = system
+
+    @property
+    def success(self):
+        """True where the end was reached, or an observer stopped the run."""
+        return self.status >= 0
+
+    def _summary(self, points):
+        span = f"t = {self.t[0]:g} to {self.t[-1]:g}, " if self.t.size else ""
+        work = ", ".join(f"{name} {number}" for name, number in self.counts.items() if number)
+        return "\n".join([
+            f"message: {self.message}", f"success: {self.success} (status {self.status})",
+            f" points: {span}{self.t.size} point(s) of {points}", f" method: {self.method!r}", f" counts: {work}"])
+
+
+class Solution(_Outcome):
     """A trajectory and how it came about, in the manner of scipy's `solve_ivp`.
 
     Attributes
@@ -35,19 +59,9 @@ class Solution:
 
     def __init__(self, t, q, v, a, lam, psi, *, status, message, counts, method, system, sol=None,
                  start_correction=None):
+        super().__init__(status, message, counts, method, system, sol)
         self.t, self.q, self.v, self.a, self.lam, self.psi = t, q, v, a, lam, psi
         self.start_correction = start_correction
-        self.sol = sol
-        self.status = status
-        self.message = message
-        self.counts = counts
-        self.method = method
-        self.system = system
-
-    @property
-    def success(self):
-        """True where the end was reached, or an observer stopped the run."""
-        return self.status >= 0
 
     @cached_property
     def constraint_drift(self):
@@ -82,7 +96,8 @@ class Solution:
         matplotlib Axes
         """
         from ._plot import plot_solution
-        return plot_solution(self, coordinates, of, ax)
+        return plot_solution(self, ("coordinates", coordinates), of, ax,
+                             {"q": "displacement q", "v": "velocity v", "a": "acceleration a"})
 
     def plot_drift(self, ax=None):
         """Draw `constraint_drift` over time, on a logarithmic axis.
@@ -107,12 +122,50 @@ class Solution:
         return plot_drift(self, ax)
 
     def __repr__(self):
-        n, nt = self.q.shape
-        span = f"t = {self.t[0]:g} to {self.t[-1]:g}, " if nt else ""
-        work = ", ".join(f"{name} {number}" for name, number in self.counts.items() if number)
         m, p = len(self.lam), len(self.psi)
         more = f", {m} + {p} multiplier(s)" if m + p else ""
-        return "\n".join([
-            f"message: {self.message}", f"success: {self.success} (status {self.status})",
-            f" points: {span}{nt} point(s) of {n} coordinate(s){more}", f" method: {self.method!r}",
-            f" counts: {work}"])
+        return self._summary(f"{len(self.q)} coordinate(s){more}")
+
+
+class OdeSolution(_Outcome):
+    """A trajectory of a first-order system and how it came about, in the manner of scipy's `solve_ivp`.
+
+    Attributes
+    ----------
+    t : ndarray, shape (nt,)
+        Times.
+    y, yp : ndarray, shape (n, nt)
+        y and y'.
+    sol : OdeInterpolant or None
+        With ``dense_output=True``: ``sol(t)`` gives y at any time, ``sol.derivative(t)`` y'.
+    status, message, success, counts
+        As in :class:`Solution`; the count `forces` is that of f, or of b(t).
+    method, system
+        What `solve_ode` was given; a function has become an :class:`OdeSystem`.
+    """
+
+    def __init__(self, t, y, yp, *, status, message, counts, method, system, sol=None):
+        super().__init__(status, message, counts, method, system, sol)
+        self.t, self.y, self.yp = t, y, yp
+
+    def plot(self, unknowns=None, of="y", ax=None):
+        """Draw unknowns over time.
+
+        Parameters
+        ----------
+        unknowns : int or sequence of int, optional
+            Default: all, but no more than ten, evenly chosen.
+        of : {"y", "yp"}
+            What to draw.
+        ax : matplotlib Axes, optional
+            Default: the current one.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
+        from ._plot import plot_solution
+        return plot_solution(self, ("unknowns", unknowns), of, ax, {"y": "y", "yp": "y'"})
+
+    def __repr__(self):
+        return self._summary(f"{len(self.y)} unknown(s)")

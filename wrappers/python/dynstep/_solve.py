@@ -1,21 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The solution of a whole interval."""
 
-import numpy as np
-
 from . import _core
-from ._arguments import array, flag, integer, number, vector
+from ._arguments import vector
 from ._drift import start_correction, warn_of_correction
-from ._functions import UserFunction
-from ._handle import INCONSISTENT_START, SUCCESS, TOO_MANY_STEPS, Handle
+from ._handle import INCONSISTENT_START, SUCCESS
 from ._interpolant import Interpolant
 from ._linear import LinearSystem
-from ._matrices import NOTHING
 from ._mechanical import MechanicalSystem
 from ._method_table import method_for
-from ._progress import Progress
-from ._record import NoRecord, Record
-from ._run import drive, expected_steps
+from ._request import Request, make_handle
 from ._solution import Solution
 
 
@@ -81,57 +75,28 @@ def solve(system, t_span, q0, v0, method=None, *, h, t_eval=None, every=1, dense
     >>> solution.t.shape, solution.q.shape
     ((101,), (1, 101))
     """
-    if not isinstance(system, (LinearSystem, MechanicalSystem)):
-        raise TypeError(f"system must be a LinearSystem or a MechanicalSystem, not {type(system).__name__}")
+    check_mechanical(system)
     method = method_for(system, method)
-    t0, t1 = _span(t_span)
     q0, v0 = vector("q0", q0, system.n), vector("v0", v0, system.n)
-    h = number("h", h)
-    every = integer("every", every, 0)
-    if t_eval is not None:
-        t_eval = _times(t_eval, t0, t1)
-    dense = flag("dense_output", dense_output)
-    if max_steps is not None:
-        max_steps = integer("max_steps", max_steps, 1, 2**62)
-    expected = expected_steps(t0, t1, h)
-    progress = Progress(expected) if flag("progress", progress) else None
-
-    try:
+    request = Request(t_span, h, t_eval, every, dense_output, max_steps, progress)
+    with request:
         handle = make_handle(system, method, observer)
-        code = start(handle, system, t0, q0, v0)
-        record = NoRecord(system.n, handle.m, handle.p)
+        code = start(handle, system, request.t0, q0, v0)
         correction = start_correction(handle) if code in (SUCCESS, INCONSISTENT_START) else None
         if code == SUCCESS:
             warn_of_correction(correction, q0, v0, stacklevel=2)
-            asked = NOTHING if dense or t_eval is None else t_eval
-            nothing = t_eval is not None and t_eval.size == 0 and not dense
-            handle.call(_core.dynstep_begin, t1, h, 0 if nothing else 1 if dense else every, asked)
-            if not nothing:
-                steps = min(expected, max_steps or expected)
-                record = Record(system.n, asked.size or steps//(1 if dense else every or steps + 1) + 3,
-                                handle.m, handle.p)
-            code = drive(handle, record, max_steps, progress)
-    finally:
-        if progress is not None:
-            progress.close()
-
-    points = record.finish(system.ordering)
-    sol = None
-    if dense and points[0].size:
-        sol = Interpolant(*points)
-        points = _choose(points, sol, t_eval, every)
-    return Solution(*points, status=code, message=message(handle, system, code, max_steps), counts=handle.counts(),
+        record, code = request.run(handle, code)
+    points, sol = request.choose(record.finish(system.ordering), Interpolant)
+    return Solution(*points, status=code, message=request.message(handle, system, code), counts=handle.counts(),
                     method=method, system=system, sol=sol, start_correction=correction)
 
 
-def make_handle(system, method, observer=None):
-    """A handle for a system and a method."""
-    handle = Handle(system.n)
-    system._install(handle)
-    method._install(handle)
-    if observer is not None:
-        handle.bind(_core.dynstep_set_observer, UserFunction("observer", observer, "observer"), order=system.ordering)
-    return handle
+def check_mechanical(system):
+    """`solve` and `Integrator` take mechanical systems."""
+    if isinstance(system, (LinearSystem, MechanicalSystem)):
+        return
+    hint = ", which goes with solve_ode" if getattr(system, "first_order", False) is True else ""
+    raise TypeError(f"system must be a LinearSystem or a MechanicalSystem, not {type(system).__name__}{hint}")
 
 
 def start(handle, system, t, q, v):
@@ -139,48 +104,3 @@ def start(handle, system, t, q, v):
     system._install_constraints(handle, t, q, v)
     order = system.ordering
     return handle.call(_core.dynstep_start, t, *((q, v) if order is None else (q[order], v[order])))
-
-
-def message(handle, system, code, max_steps=None):
-    """Sentence for a code."""
-    if code == SUCCESS:
-        return "the end of the interval was reached"
-    if code == TOO_MANY_STEPS:
-        t = handle.call(_core.dynstep_get, handle.n)[1]
-        return f"max_steps = {max_steps} steps were made, up to t = {t:g}, before the end of the interval"
-    text = handle.sentence
-    if code < 0 and system.ordering is not None and "equation" in text:
-        text += " (equations are counted in the order of system.ordering)"
-    return text
-
-
-def _span(t_span):
-    span = array("t_span", t_span)
-    if span.shape != (2,):
-        raise ValueError(f"t_span has the shape {span.shape}, expected (2,): begin and end")
-    return map(float, span)
-
-
-def _times(t_eval, t0, t1):
-    times = vector("t_eval", t_eval)
-    direction = -1.0 if t1 < t0 else 1.0
-    outside = np.flatnonzero((direction*(times - t0) < 0.0) | (direction*(t1 - times) < 0.0))
-    if outside.size:
-        raise ValueError(f"t_eval[{outside[0]}] = {times[outside[0]]} lies outside t_span, {t0} to {t1}")
-    disorder = np.flatnonzero(direction*np.diff(times) < 0.0)
-    if disorder.size:
-        at = disorder[0] + 1
-        raise ValueError(f"t_eval[{at}] = {times[at]} comes after {times[at - 1]}; sort t_eval in the direction of "
-                         "the run")
-    return times
-
-
-def _choose(points, sol, t_eval, every):
-    """Points that were asked for, out of a record of all steps."""
-    t, *rest = points
-    if t_eval is not None:
-        reached = t_eval[np.abs(t_eval - t[0]) <= abs(t[-1] - t[0])]
-        return reached, *sol(reached), *sol.multipliers(reached)
-    last = t.size - 1
-    chosen = np.union1d(np.arange(0, t.size, every), last) if every else np.array([last])
-    return points if every == 1 else (t[chosen], *(x[:, chosen] for x in rest))

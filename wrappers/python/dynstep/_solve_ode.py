@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The solution of a first-order system over an interval."""
+
+import numpy as np
+
+from . import _core
+from ._arguments import vector
+from ._compiled import recognise
+from ._interpolant import OdeInterpolant
+from ._linear import LinearSystem
+from ._mechanical import MechanicalSystem
+from ._method_table import as_method
+from ._ode import LinearOde, OdeSystem
+from ._request import Request, make_handle
+from ._solution import OdeSolution
+
+
+def solve_ode(system, t_span, y0, method="bi", *, h, t_eval=None, every=1, dense_output=False, observer=None,
+              max_steps=None, progress=False, args=()):
+    """Solution of y' = f(t,y) over an interval, in steps of one length.
+
+    Parameters
+    ----------
+    system : OdeSystem, LinearOde, or a function
+        A function ``f(t, y, *args)``, Python or compiled, stands for ``OdeSystem(n, f, args=args)``.
+    t_span : (float, float)
+        Begin and end; the end may lie before the begin.
+    y0 : array_like, shape (n,)
+        y at the begin; a number where n = 1.
+    method : Method or str
+        ``BI(...)``, ``BIExtrapolation(...)``, ``Pade(...)``, or a shorthand; see :func:`methods`.
+    h, t_eval, every, dense_output, max_steps, progress
+        As for :func:`solve`.  Between the steps y is a polynomial of degree 3, with an error of h^4.
+    observer : callable or compiled function, optional
+        ``observer(t, y, yp)`` sees each step; a true result ends the run.  A compiled one has the signature
+        ``dynstep.signature("observer")``, y in q, y' in a, NULL in v.
+    args : tuple
+        Further arguments, where `system` is a Python function.
+
+    Returns
+    -------
+    OdeSolution
+        Also where the integration fails: then ``success`` is False, ``message`` says why, and the trajectory up to
+        there is kept.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument that cannot be; the message names it.
+    Exception
+        Whatever a Python function of the system, or the observer, raises.
+
+    Notes
+    -----
+    Ctrl-C is seen within a second, also where all functions are compiled.  Without Python functions the
+    interpreter's lock is free while steps are made.
+
+    Examples
+    --------
+    >>> solution = dynstep.solve_ode(lambda t, y: -2*y, (0, 5), 1.0, h=0.1)
+    >>> solution.t.shape, solution.y.shape
+    ((51,), (1, 51))
+    """
+    y0 = vector("y0", y0)
+    system = _system(system, y0.size, args)
+    y0 = vector("y0", y0, system.n)
+    method = as_method(method)
+    request = Request(t_span, h, t_eval, every, dense_output, max_steps, progress)
+    with request:
+        handle = make_handle(system, method, observer)
+        code = handle.call(_core.dynstep_start_ode, request.t0, y0 if system.ordering is None else y0[system.ordering])
+        record, code = request.run(handle, code)
+    t, y, _, yp, *_ = record.finish(system.ordering)
+    points, sol = request.choose((t, y, yp), OdeInterpolant)
+    return OdeSolution(*points, status=code, message=request.message(handle, system, code), counts=handle.counts(),
+                       method=method, system=system, sol=sol)
+
+
+def _system(system, n, args):
+    """The system that an object or a function means."""
+    if isinstance(system, (OdeSystem, LinearOde)):
+        if np.size(args) or args is None:
+            raise ValueError("args go with a function; a system has arguments of its own: OdeSystem(..., args=...)")
+        return system
+    if isinstance(system, (LinearSystem, MechanicalSystem)):
+        raise TypeError(f"system is a {type(system).__name__}, which goes with solve; expected an OdeSystem, a LinearOde "
+                        "or a function f(t, y)")
+    if not callable(system) and recognise("system", system, "rhs") is None:
+        raise TypeError(f"system must be an OdeSystem, a LinearOde or a function f(t, y), not {system!r}")
+    return OdeSystem(n, system, args=args)
