@@ -16,7 +16,8 @@ module dynstep
    use dynstep_jay_negrut_problem, only: jay_negrut_problem
    use dynstep_kinds, only: long, wp
    use dynstep_knife_edge, only: knife_edge
-   use dynstep_linear_system, only: linear_system, load_none, load_procedure, load_samples
+   use dynstep_linear_ode, only: linear_ode
+   use dynstep_linear_system, only: coupling_type, linear_system, load_none, load_procedure, load_samples
    use dynstep_load_table, only: load_table_type, outside_hold, outside_zero
    use dynstep_matrix, only: banded_matrix, dense_matrix, diagonal_matrix, identity_matrix, kind_banded, &
       & kind_dense, kind_diagonal, kind_identity, kind_zero, matrix_type, zero_matrix
@@ -25,6 +26,9 @@ module dynstep
    use dynstep_midpoint, only: midpoint_stepper
    use dynstep_newmark, only: newmark_stepper
    use dynstep_ode_system, only: ode_system
+   use dynstep_pade, only: pade_stepper
+   use dynstep_pole_stages, only: form_automatic, form_parallel, form_product
+   use dynstep_rational, only: fehlberg_rational, pade_rational, rational_of, rational_type, taylor_rational
    use dynstep_oscillator, only: free_oscillator, loaded_oscillator
    use dynstep_rod_chain, only: rod_chain
    use dynstep_rod_pendulum, only: rod_pendulum

@@ -12,6 +12,7 @@ module dynstep_methods
    use dynstep_kinds, only: wp
    use dynstep_midpoint, only: midpoint_stepper
    use dynstep_newmark, only: newmark_stepper
+   use dynstep_pade, only: pade_stepper
    use dynstep_soi2, only: soi2_stepper, variant_index3, variant_soi2
    use dynstep_status, only: dynstep_invalid_input, status_type
    use dynstep_stepper, only: stepper_type
@@ -37,7 +38,8 @@ module dynstep_methods
       & 'hht', &
       & 'soi2', &
       & 'hht-soi2', &
-      & 'hht-i3']
+      & 'hht-i3', &
+      & 'pade']
 
 contains
 
@@ -79,6 +81,8 @@ contains
          call new_hht(variant_soi2, stepper, status)
       case ('hht-i3')
          call new_hht(variant_index3, stepper, status)
+      case ('pade')
+         allocate (pade_stepper :: stepper)
       case default
          call status%set(dynstep_invalid_input, 'there is no method '''//trim(name)//'''; there are ' &
             & //trim(all_names()))

@@ -77,6 +77,7 @@ module dynstep_stepper
       integer :: stages = 1                   !! implicit solves (or force evaluations) a step
       logical :: symmetric = .false.          !! may be the base of an extrapolation
       logical :: mechanical = .false.         !! needs a mechanical system
+      logical :: linear = .false.             !! needs a linear_system or linear_ode
       !> Largest omega*h at which an undamped oscillator does not grow: huge() if there is
       !> none, 0 if it grows at every step, -1 if not known
       real(wp) :: stability_limit = -1.0_wp
@@ -88,8 +89,9 @@ module dynstep_stepper
    type, abstract, public :: stepper_type
       type(step_counters) :: count            !! work since `start`
       logical :: is_started = .false.         !! `start` was called after the last `init`
-      integer, private :: n = 0               ! of the system that `init` saw, 0 before
-      integer, private :: m = 0, p = 0        ! constraints of that system
+      integer, private :: seen_n = 0          ! of the system that `init` saw, 0 before
+      integer, private :: seen_m = 0          ! constraints g of that system
+      integer, private :: seen_p = 0          ! constraints k
       logical, private :: is_linear = .false. ! that was a linear_system
       type(structure_type), private :: structure   ! of that system
       type(state_type), private :: spare      ! second state of `advance`
@@ -152,11 +154,11 @@ contains
       class(stepper_type), intent(inout) :: self
       class(ode_system), intent(in), optional :: sys
       self%is_started = .false.
-      self%n = 0
+      self%seen_n = 0
       self%structure = structure_type()
       if (.not. present(sys)) return
-      self%n = sys%n
-      call multiplier_counts(sys, self%m, self%p)
+      self%seen_n = sys%n
+      call multiplier_counts(sys, self%seen_m, self%seen_p)
       self%is_linear = is_linear_system(sys)
       select type (sys)
       class is (mechanical_system)
@@ -170,7 +172,7 @@ contains
       class(ode_system), intent(in) :: sys
       integer :: m, p
       call multiplier_counts(sys, m, p)
-      fits = self%n == sys%n .and. self%n > 0 .and. self%m == m .and. self%p == p &
+      fits = self%seen_n == sys%n .and. self%seen_n > 0 .and. self%seen_m == m .and. self%seen_p == p &
          & .and. (self%is_linear .eqv. is_linear_system(sys))
       select type (sys)
       class is (mechanical_system)

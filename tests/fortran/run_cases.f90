@@ -1,15 +1,26 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Runs of the reference problems by the name of a method, and comparisons to the last bit.
 module run_cases
-   use dynstep, only: control_type, integrate, mechanical_system, new_method, state_type, status_type, stepper_type, &
-      & trajectory_type, wp
+   use dynstep, only: control_type, integrate, mechanical_system, method_properties, new_method, state_type, &
+      & status_type, stepper_type, trajectory_type, wp
    use reference_problems, only: new_problem, start_q, start_v
    implicit none
    private
 
-   public :: equal, new_state, prepare, run, same_points
+   public :: equal, new_state, prepare, run, same_points, takes_forces
 
 contains
+
+   !> False for methods of linear systems alone
+   logical function takes_forces(method)
+      character(len=*), intent(in) :: method
+      class(stepper_type), allocatable :: stepper
+      type(method_properties) :: facts
+      type(status_type) :: status
+      call new_method(trim(method), stepper, status)
+      facts = stepper%properties()
+      takes_forces = .not. facts%linear
+   end function takes_forces
 
    !> A problem, a method started on it, a state
    subroutine prepare(problem, method, t0, sys, stepper, state, status)

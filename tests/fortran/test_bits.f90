@@ -3,6 +3,7 @@
 !> methods, matrices and forces.
 module test_bits
    use dynstep
+   use run_cases, only: takes_forces
    use testing, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -76,6 +77,7 @@ contains
       do j = 1, size(orders)
          sys%n = orders(j)
          do i = 1, size(method_names)
+            if (.not. takes_forces(method_names(i))) cycle
             call compare(error, trim(method_names(i)), sys)
          end do
       end do

@@ -4,7 +4,7 @@ module test_drivers
    use dynstep
    use dynstep_stepper, only: hermite_point
    use reference_problems, only: new_problem, problem_cubic, problem_linear
-   use run_cases, only: equal, prepare, run, same_points
+   use run_cases, only: equal, prepare, run, same_points, takes_forces
    use testing, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -63,6 +63,7 @@ contains
       type(clock_type) :: clock
       integer :: i
       do i = 1, size(method_names)
+         if (.not. takes_forces(method_names(i))) cycle
          call run(problem_cubic, trim(method_names(i)), 0.5_wp, 1.5625_wp, control_type(h=0.125_wp, every=2), &
             & points, state, status)
          call check(error, .not. status%failed(), trim(status%message))
@@ -173,6 +174,7 @@ contains
       integer :: i, problem, way
       do problem = 1, 3
          do i = 1, size(method_names)
+            if (.not. takes_forces(method_names(i))) cycle
             do way = 1, 3
                control = control_type(h=0.15_wp, every=merge(0, 3, way == 1))
                if (way == 3) control%t_eval = [0.02_wp, 0.3_wp, 0.31_wp, 1.5_wp, 3.17_wp]

@@ -4,7 +4,7 @@ module test_endings
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use dynstep
    use reference_problems, only: new_problem, problem_cubic, start_q, start_v
-   use run_cases, only: equal, new_state, prepare, run
+   use run_cases, only: equal, new_state, prepare, run, takes_forces
    use spring_cases, only: bounded_system
    use testing, only: check, error_type, new_unittest, unittest_type
    implicit none
@@ -171,6 +171,7 @@ contains
       integer :: i
       call new_problem(problem_cubic, sys)
       do i = 1, size(method_names)
+         if (.not. takes_forces(method_names(i))) cycle
          if (allocated(stepper)) deallocate (stepper)
          call new_method(trim(method_names(i)), stepper, status)
          call without_start('no init')
@@ -214,6 +215,7 @@ contains
       integer :: i, last
       sys%n = 1
       do i = 1, size(method_names)
+         if (.not. takes_forces(method_names(i))) cycle
          sys%bound = 0.5_wp
          call status%clear()
          if (allocated(stepper)) deallocate (stepper)

@@ -4,6 +4,7 @@
 module test_nesting
    use dynstep
    use run_cases, only: equal, new_state
+   use run_cases, only: takes_forces
    use testing, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -76,6 +77,7 @@ contains
       logical :: failed(0:2)
       integer :: method, depth
       do method = 1, size(method_names)
+         if (.not. takes_forces(method_names(method))) cycle
          do depth = 0, 2
             call run_nested(method, depth, 0.25_wp, 0.5_wp, q(depth), v(depth), failed(depth))
          end do

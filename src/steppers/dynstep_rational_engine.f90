@@ -1,0 +1,515 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Steps y1 = R(hA) y + forcing of linear systems, for any rational R: y' = A y + b(t) and, at the size of q,
+!> M q'' + C q' + K q = p(t), with a coupling or without.
+!>
+!> With z = hA each stage of dynstep_pole_stages adds sum w Re(tau x), (z - p) x = z y + h b_j.  At second order that is
+!>
+!>   S x_q = h^2 (K q - P_j) - p h M v
+!>   S x_v = h^2 K v + p h (K q + C v - P_j),     S = p^2 M + p h C + h^2 K,
+!>
+!> two right-hand sides for each factorization, so that the increments of q and v come out to full relative accuracy
+!> for any h: the velocity alone would lose damped positions at large steps, the position alone velocities at small
+!> ones.  No power of hA is formed, and M is not inverted (but for explicit factors, where p > q).
+!>
+!> Systems of up to `most_dense` unknowns in the state get the matrix of a step, y1 = y + D y + G p, when a step length
+!> is used for the third time: made from the stages in product form, column by column.
+!>
+!> PROGRAMMING INTERFACE
+!>
+!>   call engine%init(sys, r, form, status)                    allocates; sys is a linear_system or linear_ode
+!>   call engine%forget()                                      factors and loads that are known
+!>   call engine%step(sys, t, h, t1, y, dy, count, status)     y1 = y + dy
+module dynstep_rational_engine
+   use dynstep_factorization, only: factorization_type
+   use dynstep_kinds, only: long, wp
+   use dynstep_linear_load, only: evaluate_load, evaluate_source
+   use dynstep_linear_ode, only: linear_ode
+   use dynstep_linear_system, only: linear_system, load_none
+   use dynstep_matrix, only: kind_zero
+   use dynstep_ode_system, only: ode_system
+   use dynstep_pole_stages, only: form_product, pole_stages_type
+   use dynstep_rational, only: rational_type
+   use dynstep_shifted_systems, only: shifted_systems_type
+   use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, status_type
+   use dynstep_stepper, only: step_counters
+   use dynstep_text, only: text
+   implicit none
+   private
+
+   public :: is_linear
+
+   type, public :: rational_engine
+      type(rational_type) :: r
+      type(pole_stages_type), private :: stages            ! the form in use
+      type(pole_stages_type), private :: product           ! product form, for the matrix of a step
+      type(shifted_systems_type), private :: systems
+      type(factorization_type), private :: mass            ! where explicit factors need M^-1
+      logical, private :: second = .false.                 ! second order: a linear_system
+      logical, private :: has_load = .false.
+      integer, private :: n = 0                            ! order of the matrices
+      real(wp), private :: h = 0.0_wp                      ! of the factors, 0: none
+      integer(long), private :: uses = 0                   ! steps of this length
+      logical, private :: mass_known = .false.
+      logical, private :: of_product = .false.             ! the factors are in the order of `product`
+      real(wp), allocatable, private :: loads(:, :)        ! at the nodes of a step [n, nodes]
+      real(wp), private :: load_time = 0.0_wp              ! of the last one
+      logical, private :: load_known = .false.
+      real(wp), allocatable, private :: dense(:, :)        ! D and G side by side [size, size + n*nodes]
+      logical, private :: dense_known = .false.
+      complex(wp), allocatable, private :: x(:, :)         ! right-hand sides of a pole [n, 1 or 2]
+      complex(wp), allocatable, private :: pj(:)           ! P_j [n]
+      real(wp), allocatable, private :: y(:), d(:)         ! state of the stages, increment of one [size]
+      real(wp), allocatable, private :: products(:, :)     ! K q, K v, M v, C v, or A y [n, 4]
+   contains
+      procedure :: init => engine_init
+      procedure :: forget => engine_forget
+      procedure :: step => engine_step
+   end type rational_engine
+
+   !> Up to this many unknowns in the state the matrix of a step is faster than banded solves
+   integer, parameter :: most_dense = 40
+   !> Uses of a step length from which on its matrix pays: it costs as much as so many steps as it has columns, so that a
+   !> length that is used three times is taken for one that stays
+   integer, parameter :: uses_before_dense = 2
+
+contains
+
+   !> True for the systems that this engine steps
+   pure logical function is_linear(sys)
+      class(ode_system), intent(in) :: sys
+      is_linear = .false.
+      select type (sys)
+      class is (linear_system)
+         is_linear = .true.
+      class is (linear_ode)
+         is_linear = .true.
+      end select
+   end function is_linear
+
+   !> Stages of R, and room
+   recursive subroutine engine_init(self, sys, r, form, status)
+      class(rational_engine), intent(inout) :: self
+      class(ode_system), intent(in) :: sys             !! linear_system or linear_ode
+      type(rational_type), intent(in) :: r
+      integer, intent(in) :: form                      !! form_automatic, form_parallel or form_product
+      type(status_type), intent(inout) :: status
+      integer :: size, nodes, stat
+
+      if (status%failed()) return
+      self%r = r
+      call self%stages%set(r, form, status)
+      call self%product%set(r, form_product, status)
+      if (status%failed()) return
+      self%n = sys%n
+      size = sys%state_size()
+      nodes = ubound(self%stages%nodes, 1)
+      call self%forget()
+      select type (sys)
+      class is (linear_system)
+         self%second = .true.
+         self%has_load = sys%load_kind /= load_none
+         call self%systems%init_second(sys%m, sys%c, sys%k, max(1, self%stages%poles), status)
+         call self%mass%init(sys%m%kind, sys%n, sys%m%kl, sys%m%ku, sys%m%symmetric, status)
+      class is (linear_ode)
+         self%second = .false.
+         self%has_load = sys%source_kind /= load_none
+         call self%systems%init_first(sys%a, max(1, self%stages%poles), status)
+      class default
+         call status%set(dynstep_invalid_input, 'the system is not linear')
+      end select
+      if (status%failed()) return
+      if (allocated(self%loads)) deallocate (self%loads, self%x, self%pj, self%y, self%d, self%products)
+      if (allocated(self%dense)) deallocate (self%dense)
+      allocate (self%loads(self%n, nodes), self%x(self%n, merge(2, 1, self%second)), self%pj(self%n), self%y(size), &
+         & self%d(size), self%products(self%n, 4), stat=stat)
+      if (stat == 0 .and. size <= most_dense) allocate (self%dense(size, size + self%n*nodes), stat=stat)
+      if (stat /= 0) call status%set(dynstep_no_memory, 'no memory for a step of '//text(self%n)//' unknowns')
+   end subroutine engine_init
+
+   !> Matrices and loads may have changed
+   pure subroutine engine_forget(self)
+      class(rational_engine), intent(inout) :: self
+      self%h = 0.0_wp
+      self%uses = 0
+      self%mass_known = .false.
+      self%load_known = .false.
+      self%dense_known = .false.
+   end subroutine engine_forget
+
+   !> One step of length h from t to t1 = t + h up to rounding: dy = R(hA) y - y + forcing
+   recursive subroutine engine_step(self, sys, t, h, t1, y, dy, count, status)
+      class(rational_engine), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys          !! that of init
+      real(wp), intent(in) :: t, h, t1
+      real(wp), intent(in) :: y(:)                     !! state at t [state_size]
+      real(wp), intent(out) :: dy(:)                   !! increment [state_size]
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+
+      if (status%failed()) return
+      if (abs(h - self%h) > 0.0_wp) then
+         self%uses = 0
+         self%dense_known = .false.
+      end if
+      call take_loads(self, sys, t, h, t1, count, status)
+      if (status%failed()) return
+      if (allocated(self%dense)) then
+         if (.not. self%dense_known .and. self%uses >= uses_before_dense) call make_dense(self, sys, t, h, count, status)
+         if (status%failed()) return
+         if (self%dense_known) then
+            call dense_step(size(y), size(self%loads), self%has_load, self%dense, y, self%loads, dy)
+            self%uses = self%uses + 1
+            return
+         end if
+      end if
+      call by_stages(self, self%stages, .false., sys, t, h, y, dy, count, status)
+      if (.not. status%failed()) self%uses = self%uses + 1
+   end subroutine engine_step
+
+   !> Loads at the nodes; that at the end of a step is that at the begin of the next
+   recursive subroutine take_loads(self, sys, t, h, t1, count, status)
+      class(rational_engine), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      real(wp), intent(in) :: t, h, t1
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      integer :: i, last
+      if (.not. self%has_load) return
+      last = size(self%stages%nodes)
+      if (self%load_known .and. .not. abs(t - self%load_time) > 0.0_wp) then
+         self%loads(:, 1) = self%loads(:, last)
+      else
+         call take_load(self, sys, 1, t, count, status)
+      end if
+      self%load_known = .false.
+      do i = 2, last - 1
+         call take_load(self, sys, i, t + self%stages%nodes(i)*h, count, status)
+      end do
+      call take_load(self, sys, last, t1, count, status)
+      self%load_time = t1
+      self%load_known = .not. status%failed()
+   end subroutine take_loads
+
+   recursive subroutine take_load(self, sys, i, t, count, status)
+      class(rational_engine), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      integer, intent(in) :: i
+      real(wp), intent(in) :: t
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      select type (sys)
+      class is (linear_system)
+         call evaluate_load(sys, self%n, t, self%loads(:, i), status, count)
+      class is (linear_ode)
+         call evaluate_source(sys, self%n, t, self%loads(:, i), status, count)
+      end select
+   end subroutine take_load
+
+   !> dy = D y + G p
+   pure subroutine dense_step(size, many, has_load, dense, y, loads, dy)
+      integer, intent(in) :: size, many
+      logical, intent(in) :: has_load
+      real(wp), intent(in) :: dense(size, size + many)
+      real(wp), intent(in) :: y(size), loads(many)
+      real(wp), intent(out) :: dy(size)
+      integer :: j
+      dy = dense(:, 1)*y(1)
+      do j = 2, size
+         dy = dy + dense(:, j)*y(j)
+      end do
+      if (.not. has_load) return
+      do j = 1, many
+         dy = dy + dense(:, size + j)*loads(j)
+      end do
+   end subroutine dense_step
+
+   !> Columns of D and G, from unit states and unit loads
+   recursive subroutine make_dense(self, sys, t, h, count, status)
+      class(rational_engine), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      real(wp), intent(in) :: t, h
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      real(wp) :: kept(self%n, size(self%loads, 2)), unit(size(self%y))
+      integer :: i, j, n_state
+      kept = self%loads
+      n_state = size(unit)
+      self%loads = 0.0_wp
+      do j = 1, n_state
+         unit = 0.0_wp
+         unit(j) = 1.0_wp
+         call by_stages(self, self%product, .true., sys, t, h, unit, self%dense(:, j), count, status)
+      end do
+      unit = 0.0_wp
+      if (self%has_load) then
+         do j = 1, size(kept, 2)
+            do i = 1, self%n
+               self%loads(i, j) = 1.0_wp
+               call by_stages(self, self%product, .true., sys, t, h, unit, self%dense(:, n_state + i + (j - 1)*self%n), &
+                  & count, status)
+               self%loads(i, j) = 0.0_wp
+            end do
+         end do
+      end if
+      self%loads = kept
+      self%dense_known = .not. status%failed()
+   end subroutine make_dense
+
+   !> The stages one after the other
+   recursive subroutine by_stages(self, stages, of_product, sys, t, h, y, dy, count, status)
+      class(rational_engine), intent(inout) :: self
+      type(pole_stages_type), intent(in) :: stages
+      logical, intent(in) :: of_product                !! `stages` are self%product
+      class(ode_system), intent(inout) :: sys
+      real(wp), intent(in) :: t, h
+      real(wp), intent(in) :: y(:)
+      real(wp), intent(out) :: dy(:)
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      integer :: k
+
+      if (status%failed()) return
+      select type (sys)
+      class is (linear_system)
+         call prepare_second(self, stages, of_product, sys, t, h, count, status)
+      class is (linear_ode)
+         call prepare_first(self, stages, of_product, sys, t, h, count, status)
+      end select
+      if (status%failed()) return
+      self%y = y
+      dy = 0.0_wp
+      do k = 1, size(stages%stage) + size(stages%factor)
+         select type (sys)
+         class is (linear_system)
+            if (k <= size(stages%stage)) then
+               call stage_second(self, stages, k, sys, h, count)
+            else
+               call factor_second(self, stages, k - size(stages%stage), sys, h, count)
+            end if
+         class is (linear_ode)
+            if (k <= size(stages%stage)) then
+               call stage_first(self, stages, k, sys, h, count)
+            else
+               call factor_first(self, stages, k - size(stages%stage), sys, h)
+            end if
+         end select
+         dy = dy + self%d
+         if (k < size(stages%stage) + size(stages%factor)) self%y = y + dy
+      end do
+   end subroutine by_stages
+
+   !> Factors of all poles, and M where explicit factors need it
+   recursive subroutine prepare_second(self, stages, of_product, sys, t, h, count, status)
+      class(rational_engine), intent(inout) :: self
+      type(pole_stages_type), intent(in) :: stages
+      logical, intent(in) :: of_product
+      class(linear_system), intent(in) :: sys
+      real(wp), intent(in) :: t, h
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      if (size(stages%factor) > 0 .and. .not. self%mass_known) then
+         call self%mass%factorize(sys%m, status, t, 'mass matrix')
+         count%factorizations = count%factorizations + 1
+         self%mass_known = .not. status%failed()
+      end if
+      if (status%failed() .or. stages%poles == 0) return
+      if (.not. abs(h - self%h) > 0.0_wp .and. (of_product .eqv. self%of_product)) return
+      self%h = 0.0_wp
+      if (sys%structure%is_coupled) then
+         call self%systems%factorize_second(sys%m, sys%c, sys%k, h, stages%pole, status, t, sys%coupling%b, &
+            & sys%coupling%k, sys%coupling%c)
+      else
+         call self%systems%factorize_second(sys%m, sys%c, sys%k, h, stages%pole, status, t)
+      end if
+      count%factorizations = count%factorizations + stages%poles
+      if (status%failed()) return
+      self%h = h
+      self%of_product = of_product
+   end subroutine prepare_second
+
+   recursive subroutine prepare_first(self, stages, of_product, sys, t, h, count, status)
+      class(rational_engine), intent(inout) :: self
+      type(pole_stages_type), intent(in) :: stages
+      logical, intent(in) :: of_product
+      class(linear_ode), intent(in) :: sys
+      real(wp), intent(in) :: t, h
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      if (stages%poles == 0) return
+      if (.not. abs(h - self%h) > 0.0_wp .and. (of_product .eqv. self%of_product)) return
+      self%h = 0.0_wp
+      call self%systems%factorize_first(sys%a, h, stages%pole, status, t)
+      count%factorizations = count%factorizations + stages%poles
+      if (status%failed()) return
+      self%h = h
+      self%of_product = of_product
+   end subroutine prepare_first
+
+   !> d = sum of w Re(tau x) over the poles of stage k, at second order
+   recursive subroutine stage_second(self, stages, k, sys, h, count)
+      class(rational_engine), intent(inout) :: self
+      type(pole_stages_type), intent(in) :: stages
+      integer, intent(in) :: k
+      class(linear_system), intent(in) :: sys
+      real(wp), intent(in) :: h
+      type(step_counters), intent(inout) :: count
+      complex(wp) :: p
+      integer :: i, j
+      associate (n => self%n, stage => stages%stage(k), kq => self%products(:, 1), kv => self%products(:, 2), &
+         & mv => self%products(:, 3), cv => self%products(:, 4), d => self%d)
+         call multiply(sys, n, self%y(:n), self%y(n + 1:), kq, kv, mv, cv)
+         d = 0.0_wp
+         do j = 1, stage%count
+            p = stage%pole(j)
+            self%x(:, 1) = h**2*kq - (p*h)*mv
+            self%x(:, 2) = h**2*kv + (p*h)*(kq + cv)
+            if (self%has_load) then
+               call combine(n, size(self%loads, 2), self%loads, stage%omega(:, j), self%pj)
+               self%x(:, 1) = self%x(:, 1) - h**2*self%pj
+               self%x(:, 2) = self%x(:, 2) - (p*h)*self%pj
+            end if
+            call self%systems%solve(stage%first + j - 1, self%x)
+            do i = 1, n
+               d(i) = d(i) + stage%w(j)*real(stage%tau(j)*self%x(i, 1), wp)
+               d(n + i) = d(n + i) + stage%w(j)*real(stage%tau(j)*self%x(i, 2), wp)
+            end do
+            count%solves = count%solves + 2
+         end do
+      end associate
+   end subroutine stage_second
+
+   !> K q, K v, M v and C v, with a coupling in K and C
+   pure subroutine multiply(sys, n, q, v, kq, kv, mv, cv)
+      class(linear_system), intent(in) :: sys
+      integer, intent(in) :: n
+      real(wp), intent(in) :: q(n), v(n)
+      real(wp), intent(out) :: kq(n), kv(n), mv(n), cv(n)
+      kq = 0.0_wp
+      kv = 0.0_wp
+      mv = 0.0_wp
+      cv = 0.0_wp
+      call sys%k%multiply_add(1.0_wp, q, kq)
+      call sys%k%multiply_add(1.0_wp, v, kv)
+      call sys%m%multiply_add(1.0_wp, v, mv)
+      if (sys%c%kind /= kind_zero) call sys%c%multiply_add(1.0_wp, v, cv)
+      if (.not. sys%structure%is_coupled) return
+      kq = kq + sys%coupling%b*dot_product(sys%coupling%k, q)
+      kv = kv + sys%coupling%b*dot_product(sys%coupling%k, v)
+      cv = cv + sys%coupling%b*dot_product(sys%coupling%c, v)
+   end subroutine multiply
+
+   !> d = z (a y + b z y), by M^-1
+   recursive subroutine factor_second(self, stages, k, sys, h, count)
+      class(rational_engine), intent(inout) :: self
+      type(pole_stages_type), intent(in) :: stages
+      integer, intent(in) :: k
+      class(linear_system), intent(in) :: sys
+      real(wp), intent(in) :: h
+      type(step_counters), intent(inout) :: count
+      associate (n => self%n, f => stages%factor(k))
+         call apply_z(self, sys, h, f%inner, self%y, self%d, count)
+         if (abs(f%b) > 0.0_wp) then
+            self%y = f%a*self%y + f%b*self%d
+         else
+            self%y = f%a*self%y
+         end if
+         call apply_z(self, sys, h, f%outer, self%y, self%d, count)
+      end associate
+   end subroutine factor_second
+
+   !> d = z y + the source in it: (h v, h M^-1 (P - K q - C v))
+   recursive subroutine apply_z(self, sys, h, weights, y, d, count)
+      class(rational_engine), intent(inout) :: self
+      class(linear_system), intent(in) :: sys
+      real(wp), intent(in) :: h
+      real(wp), intent(in) :: weights(:)               !! of the loads [nodes]
+      real(wp), intent(in) :: y(2*self%n)
+      real(wp), intent(out) :: d(2*self%n)
+      type(step_counters), intent(inout) :: count
+      integer :: i
+      associate (n => self%n, kq => self%products(:, 1), kv => self%products(:, 2), mv => self%products(:, 3), &
+         & cv => self%products(:, 4))
+         call multiply(sys, n, y(:n), y(n + 1:), kq, kv, mv, cv)
+         kq = -(kq + cv)
+         if (self%has_load) then
+            do i = 1, size(weights)
+               kq = kq + weights(i)*self%loads(:, i)
+            end do
+         end if
+         call self%mass%solve(kq)
+         d(:n) = h*y(n + 1:)
+         d(n + 1:) = h*kq
+         count%solves = count%solves + 1
+      end associate
+   end subroutine apply_z
+
+   !> d = sum of w Re(tau x) over the poles of stage k, at first order
+   recursive subroutine stage_first(self, stages, k, sys, h, count)
+      class(rational_engine), intent(inout) :: self
+      type(pole_stages_type), intent(in) :: stages
+      integer, intent(in) :: k
+      class(linear_ode), intent(in) :: sys
+      real(wp), intent(in) :: h
+      type(step_counters), intent(inout) :: count
+      integer :: i, j
+      associate (n => self%n, stage => stages%stage(k), ay => self%products(:, 1), d => self%d)
+         ay = 0.0_wp
+         call sys%a%multiply_add(1.0_wp, self%y, ay)
+         d = 0.0_wp
+         do j = 1, stage%count
+            self%x(:, 1) = h*ay
+            if (self%has_load) then
+               call combine(n, size(self%loads, 2), self%loads, stage%omega(:, j), self%pj)
+               self%x(:, 1) = self%x(:, 1) + h*self%pj
+            end if
+            call self%systems%solve(stage%first + j - 1, self%x)
+            do i = 1, n
+               d(i) = d(i) + stage%w(j)*real(stage%tau(j)*self%x(i, 1), wp)
+            end do
+            count%solves = count%solves + 1
+         end do
+      end associate
+   end subroutine stage_first
+
+   recursive subroutine factor_first(self, stages, k, sys, h)
+      class(rational_engine), intent(inout) :: self
+      type(pole_stages_type), intent(in) :: stages
+      integer, intent(in) :: k
+      class(linear_ode), intent(in) :: sys
+      real(wp), intent(in) :: h
+      associate (f => stages%factor(k), ay => self%products(:, 1))
+         call derivative_of(self, sys, f%inner, self%y, ay)
+         self%y = f%a*self%y + (f%b*h)*ay
+         call derivative_of(self, sys, f%outer, self%y, ay)
+         self%d = h*ay
+      end associate
+   end subroutine factor_first
+
+   !> A y + the source by its weights
+   recursive subroutine derivative_of(self, sys, weights, y, ay)
+      class(rational_engine), intent(in) :: self
+      class(linear_ode), intent(in) :: sys
+      real(wp), intent(in) :: weights(:), y(:)
+      real(wp), intent(out) :: ay(:)
+      integer :: i
+      ay = 0.0_wp
+      call sys%a%multiply_add(1.0_wp, y, ay)
+      if (.not. self%has_load) return
+      do i = 1, size(weights)
+         ay = ay + weights(i)*self%loads(:, i)
+      end do
+   end subroutine derivative_of
+
+   !> x = loads*weights
+   pure subroutine combine(n, nodes, loads, weights, x)
+      integer, intent(in) :: n, nodes
+      real(wp), intent(in) :: loads(n, nodes)
+      complex(wp), intent(in) :: weights(nodes)
+      complex(wp), intent(out) :: x(n)
+      integer :: j
+      x = weights(1)*loads(:, 1)
+      do j = 2, nodes
+         x = x + weights(j)*loads(:, j)
+      end do
+   end subroutine combine
+end module dynstep_rational_engine
