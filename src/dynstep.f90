@@ -5,6 +5,7 @@ module dynstep
    use dynstep_bilinear_spring, only: bilinear_spring, law_literal, law_odd
    use dynstep_check_system, only: check_system, finding_length
    use dynstep_constrained_system, only: constrained_system, constraint_structure_type
+   use dynstep_controlled_run, only: controlled_run_type, integrate_controlled
    use dynstep_driven_crank, only: driven_crank
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
@@ -44,6 +45,7 @@ module dynstep
       & dynstep_more, dynstep_no_memory, dynstep_not_converged, dynstep_not_finite, &
       & dynstep_singular_matrix, dynstep_step_too_small, dynstep_stopped, dynstep_success, &
       & dynstep_too_many_steps, status_text, status_type
+   use dynstep_step_control, only: controller_pi, controller_standard, safety_in_front, safety_inside, step_control_type
    use dynstep_stepper, only: allocate_state, clock_type, method_properties, state_type, step_counters, stepper_type
    use dynstep_trajectory, only: recorder_type, trajectory_type
    use dynstep_two_body, only: two_body_system

@@ -34,7 +34,7 @@ module dynstep_integrate
    implicit none
    private
 
-   public :: integrate
+   public :: check_started, check_times, integrate
 
    !> What a run with steps of one length is asked to do
    type, public :: control_type
@@ -132,11 +132,8 @@ contains
       type(control_type), intent(in) :: control
       real(wp), intent(in) :: t, t_end
       type(status_type), intent(inout) :: status
-      integer :: i
-      real(wp) :: direction
 
       if (status%failed()) return
-      direction = sign(1.0_wp, t_end - t)
       if (.not. ieee_is_finite(t)) then
          call status%set(dynstep_invalid_input, 'the time of the state is '//text(t))
       else if (.not. ieee_is_finite(t_end)) then
@@ -145,7 +142,7 @@ contains
          call status%set(dynstep_invalid_input, 'h = '//text(control%h)//' is not finite')
       else if (abs(control%h) <= 0.0_wp) then
          call status%set(dynstep_invalid_input, 'h must not be zero')
-      else if (abs(t_end - t) > 0.0_wp .and. direction*control%h < 0.0_wp) then
+      else if ((t_end - t)*sign(1.0_wp, control%h) < 0.0_wp) then
          call status%set(dynstep_invalid_input, 'h = '//text(control%h)//' points away from t_end = ' &
             & //text(t_end)//' at t = '//text(t)//'; change its sign')
       else if (abs(control%h) <= spacing(max(abs(t), abs(t_end)))) then
@@ -154,29 +151,39 @@ contains
       else if (control%every < 0) then
          call status%set(dynstep_invalid_input, 'every = '//text(control%every)//' must be 0 or more')
       end if
-      if (status%failed() .or. .not. allocated(control%t_eval)) return
-      do i = 1, size(control%t_eval)
-         associate (te => control%t_eval(i))
+      if (allocated(control%t_eval)) call check_times(control%t_eval, t, t_end, status)
+   end subroutine check_control
+
+   !> Times to record lie inside the interval, in the order of the run
+   recursive subroutine check_times(t_eval, t, t_end, status)
+      real(wp), intent(in) :: t_eval(:)
+      real(wp), intent(in) :: t, t_end               !! begin and end of the run
+      type(status_type), intent(inout) :: status
+      integer :: i
+      real(wp) :: direction
+
+      direction = sign(1.0_wp, t_end - t)
+      do i = 1, size(t_eval)
+         if (status%failed()) return
+         associate (te => t_eval(i))
             if (.not. ieee_is_finite(te)) then
                call refuse('is not finite')
             else if (direction*(te - t) < 0.0_wp .or. direction*(t_end - te) < 0.0_wp) then
                call refuse('lies outside the interval from '//text(t)//' to '//text(t_end))
             else if (i > 1) then
-               if (direction*(te - control%t_eval(i - 1)) < 0.0_wp) &
+               if (direction*(te - t_eval(i - 1)) < 0.0_wp) &
                   & call refuse('is out of order; sort t_eval in the direction of the run')
             end if
          end associate
-         if (status%failed()) return
       end do
 
    contains
 
       recursive subroutine refuse(why)
          character(len=*), intent(in) :: why
-         call status%set(dynstep_invalid_input, &
-            & 't_eval('//text(i)//') = '//text(control%t_eval(i))//' '//why)
+         call status%set(dynstep_invalid_input, 't_eval('//text(i)//') = '//text(t_eval(i))//' '//why)
       end subroutine refuse
-   end subroutine check_control
+   end subroutine check_times
 
    !> The method was started, on a state of this system
    recursive subroutine check_started(stepper, sys, state, status)
