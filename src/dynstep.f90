@@ -31,6 +31,7 @@ module dynstep
    use dynstep_pole_stages, only: form_automatic, form_parallel, form_product
    use dynstep_rational, only: fehlberg_rational, pade_rational, rational_of, rational_type, taylor_rational
    use dynstep_oscillator, only: free_oscillator, loaded_oscillator
+   use dynstep_rational, only: fehlberg_rational, pade_rational, rational_of, rational_type, taylor_rational
    use dynstep_rod_chain, only: rod_chain
    use dynstep_rod_pendulum, only: rod_pendulum
    use dynstep_rolling_disk, only: rolling_disk
@@ -40,6 +41,10 @@ module dynstep
    use dynstep_slider_crank, only: slider_crank
    use dynstep_soi2, only: mass_recomputed, mass_stored, soi2_stepper, start_keep, start_project, start_refuse, &
       & start_report, variant_index3, variant_reduced, variant_soi2
+   use dynstep_stability_domain, only: find_domain, stability_domain_type
+   use dynstep_stability_facts, only: find_facts, imaginary_axis_type, stability_facts_type
+   use dynstep_stability_windows, only: alpha_windows, family_fehlberg, family_taylor, property_a_stable, &
+      & property_f_stable, property_i_stable, property_l_stable
    use dynstep_status, only: dynstep_callback_failed, dynstep_event, dynstep_file_error, &
       & dynstep_in_use, dynstep_inconsistent_start, dynstep_invalid_handle, dynstep_invalid_input, &
       & dynstep_more, dynstep_no_memory, dynstep_not_converged, dynstep_not_finite, &

@@ -30,6 +30,7 @@ program tester
    use test_saddle_schur, only: collect_saddle_schur
    use test_singular, only: collect_singular
    use test_stability, only: collect_stability
+   use test_stability_facts, only: collect_stability_facts
    use test_stiff, only: collect_stiff
    use test_systems, only: collect_systems
    use test_text, only: collect_text
@@ -59,6 +60,7 @@ program tester
       & new_testsuite('figures', collect_figures), &
       & new_testsuite('bits', collect_bits), &
       & new_testsuite('stability', collect_stability), &
+      & new_testsuite('stability_facts', collect_stability_facts), &
       & new_testsuite('newton', collect_newton), &
       & new_testsuite('stiff', collect_stiff), &
       & new_testsuite('check_system', collect_check_system), &
