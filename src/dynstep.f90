@@ -10,6 +10,8 @@ module dynstep
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_extrapolation_stability, only: extrapolation_limit, growth_per_step, small_step_growth, stability_limit
+   use dynstep_flexible_arm, only: arm_consistent, arm_listing, arm_symmetric, beam_euler_bernoulli, beam_timoshenko, &
+      & euler_bernoulli_gains, flexible_arm, input_none, input_pulse, input_ramp, input_step, timoshenko_gains
    use dynstep_generalized_alpha, only: generalized_alpha_stepper
    use dynstep_ground_motion, only: read_at2, standard_gravity
    use dynstep_integrate, only: control_type, integrate, integration_type, observer_type
@@ -20,6 +22,8 @@ module dynstep
    use dynstep_linear_ode, only: linear_ode
    use dynstep_linear_system, only: coupling_type, linear_system, load_none, load_procedure, load_samples
    use dynstep_load_table, only: load_table_type, outside_hold, outside_zero
+   use dynstep_lotka_volterra, only: lotka_volterra
+   use dynstep_marginal_problem, only: marginal_problem
    use dynstep_matrix, only: banded_matrix, dense_matrix, diagonal_matrix, identity_matrix, kind_banded, &
       & kind_dense, kind_diagonal, kind_identity, kind_zero, matrix_type, zero_matrix
    use dynstep_mechanical_system, only: mechanical_system, structure_type
@@ -52,6 +56,7 @@ module dynstep
       & dynstep_too_many_steps, status_text, status_type
    use dynstep_step_control, only: controller_pi, controller_standard, safety_in_front, safety_inside, step_control_type
    use dynstep_stepper, only: allocate_state, clock_type, method_properties, state_type, step_counters, stepper_type
+   use dynstep_stiff_third_order, only: stiff_third_order
    use dynstep_trajectory, only: recorder_type, trajectory_type
    use dynstep_two_body, only: two_body_system
    implicit none

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> All Fortran suites; tests/fortran/meson.build lists their names too.
 program tester
+   use test_arms, only: collect_arms
    use test_bits, only: collect_bits
    use test_check_constraints, only: collect_check_constraints
    use test_check_system, only: collect_check_system
@@ -46,6 +47,7 @@ program tester
       & new_testsuite('misuse', collect_misuse), &
       & new_testsuite('ground_motion', collect_ground_motion), &
       & new_testsuite('models', collect_models), &
+      & new_testsuite('arms', collect_arms), &
       & new_testsuite('constrained_models', collect_constrained_models), &
       & new_testsuite('constrained_extremes', collect_constrained_extremes), &
       & new_testsuite('constrained_orders', collect_constrained_orders), &
