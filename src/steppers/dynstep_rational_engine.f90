@@ -41,7 +41,8 @@ module dynstep_rational_engine
    type, public :: rational_engine
       type(rational_type) :: r
       type(pole_stages_type), private :: stages            ! the form in use
-      type(pole_stages_type), private :: product           ! product form, for the matrix of a step
+      type(pole_stages_type), allocatable, private :: product   ! product form, for the matrix of a step; allocatable,
+                                                           ! since gfortran 12 frees one component of a type alone
       type(shifted_systems_type), private :: systems
       type(factorization_type), private :: mass            ! where explicit factors need M^-1
       logical, private :: second = .false.                 ! second order: a linear_system
@@ -98,6 +99,7 @@ contains
       if (status%failed()) return
       self%r = r
       call self%stages%set(r, form, status)
+      if (.not. allocated(self%product)) allocate (self%product)
       call self%product%set(r, form_product, status)
       if (status%failed()) return
       self%n = sys%n
