@@ -26,6 +26,7 @@ program tester
    use test_nesting, only: collect_nesting
    use test_newton, only: collect_newton
    use test_ordering, only: collect_ordering
+   use test_pole_sweeps, only: collect_pole_sweeps
    use test_rank, only: collect_rank
    use test_saddle_point, only: collect_saddle_point
    use test_saddle_schur, only: collect_saddle_schur
@@ -58,6 +59,7 @@ program tester
       & new_testsuite('ordering', collect_ordering), &
       & new_testsuite('saddle_point', collect_saddle_point), &
       & new_testsuite('saddle_schur', collect_saddle_schur), &
+      & new_testsuite('pole_sweeps', collect_pole_sweeps), &
       & new_testsuite('rank', collect_rank), &
       & new_testsuite('figures', collect_figures), &
       & new_testsuite('bits', collect_bits), &
