@@ -21,7 +21,10 @@ module dynstep_pole_kernels
    public :: factor, fill, forward, backward, gather, band_product
 
    !> A pivot and the terms subtracted in its row may be this many times the size of its diagonal
-   !> entry; see dynstep_pole_sweeps
+   !> entry (see dynstep_pole_sweeps).  Measured on random pentadiagonal M, C, K = F^T F, in any units, h from
+   !> 1e-8 to 1e8, Re p > 0: 2.8 at |arg p| = 45 degrees, 7 at 75, 17 at 85, 73 at 89, with normwise backward errors below
+   !> 7e-16 throughout; 5e3 was met with Re p < 0 and damping.  1e3 lets all definite systems pass and costs
+   !> three digits at worst where the conditions do not hold.
    real(wp), parameter, public :: most_growth = 1.0e3_wp
 
    !> Range of |pivot|^2 that neither overflows nor loses digits
