@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> All public names of the library: `use dynstep`.
 module dynstep
+   use dynstep_accuracy_domain, only: accuracy_error, accuracy_limit, damping_frequency
    use dynstep_alpha_coefficients, only: alpha_coefficients, coefficients_of, hht_coefficients, newmark_coefficients
+   use dynstep_amplification, only: amplification, spectral_radii, spectral_radius
    use dynstep_bilinear_spring, only: bilinear_spring, law_literal, law_odd
    use dynstep_check_system, only: check_system, finding_length
    use dynstep_constrained_system, only: constrained_system, constraint_structure_type
@@ -35,7 +37,6 @@ module dynstep
    use dynstep_pole_stages, only: form_automatic, form_parallel, form_product
    use dynstep_rational, only: fehlberg_rational, pade_rational, rational_of, rational_type, taylor_rational
    use dynstep_oscillator, only: free_oscillator, loaded_oscillator
-   use dynstep_rational, only: fehlberg_rational, pade_rational, rational_of, rational_type, taylor_rational
    use dynstep_rod_chain, only: rod_chain
    use dynstep_rod_pendulum, only: rod_pendulum
    use dynstep_rolling_disk, only: rolling_disk

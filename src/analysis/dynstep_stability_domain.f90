@@ -43,7 +43,7 @@ contains
    !> Facts, rays and boundary
    pure subroutine find_domain(r, rays, domain, status)
       type(rational_type), intent(in) :: r
-      integer, intent(in) :: rays                 !! equidistant ones from 0 to pi, >= 2; those of poles and zeros come in addition
+      integer, intent(in) :: rays                 !! equidistant ones, 0 to pi, >= 2; those of poles, zeros in addition
       type(stability_domain_type), intent(out) :: domain
       type(status_type), intent(inout) :: status
       real(wp), allocatable :: crossings(:), touched(:)

@@ -2,6 +2,7 @@
 !> All Fortran suites; tests/fortran/meson.build lists their names too.
 program tester
    use test_arms, only: collect_arms
+   use test_amplification, only: collect_amplification
    use test_bits, only: collect_bits
    use test_check_constraints, only: collect_check_constraints
    use test_check_system, only: collect_check_system
@@ -65,6 +66,7 @@ program tester
       & new_testsuite('bits', collect_bits), &
       & new_testsuite('stability', collect_stability), &
       & new_testsuite('stability_facts', collect_stability_facts), &
+      & new_testsuite('amplification', collect_amplification), &
       & new_testsuite('newton', collect_newton), &
       & new_testsuite('stiff', collect_stiff), &
       & new_testsuite('check_system', collect_check_system), &

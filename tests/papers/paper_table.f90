@@ -54,11 +54,16 @@ contains
       call print_header('     printed')
    end subroutine table_open
 
-   subroutine table_open_figure(self, name, title)
+   subroutine table_open_figure(self, name, title, paper)
       class(paper_table_type), intent(out) :: self
       character(len=*), intent(in) :: name, title
+      character(len=*), intent(in), optional :: paper       !! default: Jay & Negrut 2008
       self%name = name
-      print '("Jay & Negrut 2008, ", a, ": ", a)', name, title
+      if (present(paper)) then
+         print '(a, ", ", a, ": ", a)', paper, name, title
+      else
+         print '("Jay & Negrut 2008, ", a, ": ", a)', name, title
+      end if
       call print_header('   reference')
    end subroutine table_open_figure
 
