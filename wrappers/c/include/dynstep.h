@@ -143,6 +143,38 @@ enum dynstep_fact {                  /* places in the integers of dynstep_proper
     DYNSTEP_FACTS                    /* how many there are: 7 */
 };
 
+enum dynstep_family {                /* of stability functions R(z) */
+    DYNSTEP_FAMILY_TAYLOR = 1,       /* P_p(alpha z)/P_q(-(1 - alpha) z), P_k: Taylor polynomial of e^z, degree k <= 6 */
+    DYNSTEP_FAMILY_FEHLBERG = 2,     /* the same with the polynomial of RKF45's fifth order, z^6/2080, in both places */
+    DYNSTEP_FAMILY_PADE = 3          /* Pade's approximation, p, q <= 8 */
+};
+
+enum dynstep_property {              /* of dynstep_alpha_windows */
+    DYNSTEP_I_STABLE = 1,            /* |R(iy)| <= 1 for all y */
+    DYNSTEP_A_STABLE = 2,            /* |R(z)| <= 1 for Re z <= 0 */
+    DYNSTEP_F_STABLE = 3,            /* ... and for no other z */
+    DYNSTEP_L_STABLE = 4             /* A-stable, and R(infinity) = 0 */
+};
+
+enum dynstep_stability_flag {        /* places in the flags of dynstep_stability_facts_of */
+    DYNSTEP_STABILITY_P = 0, DYNSTEP_STABILITY_Q,     /* degrees of N and D */
+    DYNSTEP_STABILITY_ORDER,                          /* R(z) - e^z = O(z^(order + 1)) */
+    DYNSTEP_STABILITY_INTERVALS,                      /* how many intervals of the imaginary axis */
+    DYNSTEP_STABILITY_IS_I, DYNSTEP_STABILITY_IS_A, DYNSTEP_STABILITY_IS_F, DYNSTEP_STABILITY_IS_L,   /* 1: has it */
+    DYNSTEP_STABILITY_FLAGS                           /* how many there are: 8 */
+};
+
+enum dynstep_stability_number {      /* places in the numbers; HUGE_VAL stands for infinity */
+    DYNSTEP_STABILITY_ANGLE = 0,     /* phi of A(phi) in degrees: |R| <= 1 for |arg(-z)| <= phi */
+    DYNSTEP_STABILITY_AT_INFINITY,   /* |R(infinity)| */
+    DYNSTEP_STABILITY_GROWTH,        /* largest |R(iy)| - 1 */
+    DYNSTEP_STABILITY_GROWTH_AT,     /* a y where it is */
+    DYNSTEP_STABILITY_REAL_LIMIT,    /* |R(x)| <= 1 for -limit <= x <= 0 */
+    DYNSTEP_STABILITY_POSITIVE_LIMIT,/* end of the unstable region on the positive real axis */
+    DYNSTEP_STABILITY_NUMBERS        /* how many there are: 6 */
+};
+
+#define DYNSTEP_MAX_DEGREE 16        /* of N and D */
 #define DYNSTEP_MAX_LEVELS 12        /* of an extrapolation */
 #define DYNSTEP_MESSAGE_LENGTH 321   /* room for any message, with its final zero */
 
@@ -394,6 +426,51 @@ int dynstep_properties(intptr_t handle, int length, char *name, char *source, in
  * Newmark's method with gamma = 1/2, the midpoint rule, and their extrapolations; HUGE_VAL if there is
  * none.  Takes some milliseconds. */
 int dynstep_stability_limit(intptr_t handle, double damping_ratio, double *limit);
+
+/* ---- Stability, accuracy, damping ----
+ *
+ * R(z) = N(z)/D(z) is what one step does to y' = lambda y, z = h lambda.  num and den are its coefficients in
+ * ascending powers, num[0] = den[0] = 1, nnum and nden of them, at most DYNSTEP_MAX_DEGREE + 1.  Complex numbers are
+ * pairs of doubles (C99's double complex).  The handle, of any kind, takes the message; its system is not used.  Arrays of
+ * results may be NULL: not wanted, unless it is said otherwise. */
+
+/* Coefficients of a family's member, DYNSTEP_MAX_DEGREE + 1 each; what is not read (alpha, or p and q) may be anything */
+int dynstep_rational_coefficients(intptr_t handle, int family, int p, int q, double alpha, double *num, double *den);
+
+/* Facts, by the signs of polynomials and not by looking at points.  intervals: pairs of y with |R(iy)| <= 1 between
+ * them, room for 2*(DYNSTEP_MAX_DEGREE + 2); poles and zeros: room for 2*DYNSTEP_MAX_DEGREE each. */
+int dynstep_stability_facts_of(intptr_t handle, int nnum, const double *num, int nden, const double *den, int *flags,
+                               double *numbers, double *intervals, double *poles, double *zeros);
+
+/* Where |R| = 1 on rays of the upper half-plane: `rays` (>= 2) from 0 to pi, and one through each pole and zero of R, so
+ * that no unstable or stable region is missed.  counts[2]: rays and crossings.  With room for these (nangles,
+ * ncrossings) also: angles[nangles] in radians; begins[nangles], 1 stable near 0, -1 unstable, 0 neither; ray i has
+ * crossings[first[i]] .. crossings[first[i + 1] - 1], first has nangles + 1. */
+int dynstep_stability_rays(intptr_t handle, int nnum, const double *num, int nden, const double *den, int rays, int nangles,
+                           double *angles, int *begins, int *first, int ncrossings, double *crossings, int *counts);
+
+/* The whole curves |R| = 1.  counts[3]: curves, points, and 1 where all of them are closed.  With room (nfirst >= curves + 1,
+ * npoints) also: curve i has the (complex) points first[i] .. first[i + 1] - 1.  None where it is the imaginary axis. */
+int dynstep_stability_boundary(intptr_t handle, int nnum, const double *num, int nden, const double *den, int nfirst,
+                               int *first, int npoints, double *points, int *counts);
+
+/* R at nz points; infinity at a pole */
+int dynstep_rational_values(intptr_t handle, int nnum, const double *num, int nden, const double *den, int nz,
+                            const double *z, double *values);
+
+/* Spectral radius of one step of the handle's own method on q'' + 2 zeta w q' + w^2 q = 0, whose eigenvalues times h are z
+ * and its conjugate, at nz points; HUGE_VAL where the method refuses the step */
+int dynstep_spectral_radii(intptr_t handle, int nz, const double *z, double *radii);
+
+/* Smallest step at which the error on [0, t_end] passes the tolerance, for x' = A x, x(0) = x0[2], A = [0 1; -1 2 cos theta], at
+ * nangles angles theta in radians (Xie 1995, section 3.2) */
+int dynstep_accuracy_limits(intptr_t handle, int nnum, const double *num, int nden, const double *den, int nangles,
+                            const double *angles, const double *x0, double tolerance, double t_end, double *limits);
+
+/* For which alpha DYNSTEP_FAMILY_TAYLOR or _FEHLBERG has a property: count[1] intervals; with room for them (nwindows)
+ * also their ends, in pairs */
+int dynstep_alpha_windows(intptr_t handle, int family, int p, int q, int property, int nwindows, double *windows,
+                          int *count);
 
 /* ---- Start and steps ---- */
 

@@ -8,7 +8,8 @@
 
 Systems: `LinearSystem`, `MechanicalSystem`, of first order `LinearOde`, `OdeSystem`.  Methods: `Newmark`, `Midpoint`, `NewmarkExtrapolation`,
 `MidpointExtrapolation`, `GeneralizedAlpha`, and for constraints `SOI2`, `HHT`; `methods()` shows their facts.
-`solve` and `solve_ode` integrate over an interval, `Integrator` makes one step at a time.
+`solve` and `solve_ode` integrate over an interval, `Integrator` makes one step at a time.  `stability_domain`,
+`accuracy_domain`, `damping_frequency` look into a method.
 """
 
 from ._alpha_methods import HHT, SOI2, GeneralizedAlpha
@@ -29,12 +30,16 @@ from ._ode import LinearOde, OdeSystem
 from ._solution import OdeSolution, Solution
 from ._solve import solve
 from ._solve_ode import solve_ode
+from ._stability import (AccuracyDomain, DampingFrequency, StabilityDomain, accuracy_domain, alpha_windows,
+                         damping_frequency, spectral_radius, stability_domain, stability_function)
 
 __version__ = ".".join(str(_version()//k % 100) for k in (10000, 100, 1))
 
 __all__ = [
-    "Banded", "CheckReport", "ConstraintDrift", "GeneralizedAlpha", "HHT", "IntegrationError", "Integrator",
-    "LinearOde", "LinearSystem", "LoadTable", "MechanicalSystem", "MethodProperties", "Midpoint",
-    "MidpointExtrapolation", "Newmark", "NewmarkExtrapolation", "Newton", "OdeSolution", "OdeSystem", "OutOfDomain",
-    "SOI2", "Solution", "StartCorrected", "StartCorrection", "banded", "check_system", "compiled", "ground_motion",
-    "methods", "read_at2", "signature", "solve", "solve_ode"]
+    "AccuracyDomain", "Banded", "CheckReport", "ConstraintDrift", "DampingFrequency", "GeneralizedAlpha", "HHT",
+    "IntegrationError", "Integrator", "LinearOde", "LinearSystem", "LoadTable", "MechanicalSystem",
+    "MethodProperties", "Midpoint", "MidpointExtrapolation", "Newmark", "NewmarkExtrapolation", "Newton",
+    "OdeSolution", "OdeSystem", "OutOfDomain", "SOI2", "Solution", "StabilityDomain", "StartCorrected",
+    "StartCorrection", "accuracy_domain", "alpha_windows", "banded", "check_system", "compiled",
+    "damping_frequency", "ground_motion", "methods", "read_at2", "signature", "solve", "solve_ode",
+    "spectral_radius", "stability_domain", "stability_function"]

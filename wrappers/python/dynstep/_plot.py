@@ -54,3 +54,70 @@ def _pyplot(what):
     except ImportError:
         raise ImportError(f"{what} needs matplotlib: pip install matplotlib, or dynstep[plot]") from None
     return plt
+
+
+def plot_domain(domain, ax, extent):
+    """Shaded where it is stable, on a grid; the boundary where it is known as curves; poles and zeros."""
+    plt = _pyplot("plot()")
+    if ax is None:
+        ax = plt.gca()
+    if extent is None:
+        extent = _extent(domain)
+    left, right, low, high = map(float, extent)
+    x, y = np.meshgrid(np.linspace(left, right, 301), np.linspace(low, high, 301))
+    z = x + 1j*y
+    inside = domain.contains(z)
+    ax.contourf(x, y, inside.astype(float), levels=[0.5, 1.5], colors=["#c9dcf0"])
+    for curve in domain.boundary:
+        ax.plot(curve.real, curve.imag, color="C0", lw=1.2)
+    if domain.is_certified and not domain.boundary:
+        ax.axvline(0.0, color="C0", lw=1.2)
+    if not domain.is_certified:
+        r, phi = (np.concatenate(a) if a else np.empty(0) for a in (
+            domain.crossings, [np.full(c.size, t) for c, t in zip(domain.crossings, np.radians(domain.angles))]))
+        for sign in (1.0, -1.0):
+            ax.plot(r*np.cos(phi), sign*r*np.sin(phi), ".", color="C0", ms=3)
+    ax.plot(domain.poles.real, domain.poles.imag, "x", color="C3", ms=6, label="poles")
+    ax.plot(domain.zeros.real, domain.zeros.imag, "o", mfc="none", color="C2", ms=5, label="zeros")
+    ax.axhline(0.0, color="0.6", lw=0.6, zorder=0)
+    ax.axvline(0.0, color="0.6", lw=0.6, zorder=0)
+    ax.set_xlim(left, right)
+    ax.set_ylim(low, high)
+    ax.set_aspect("equal")
+    ax.set_xlabel("Re(h lambda)")
+    ax.set_ylabel("Im(h lambda)")
+    return ax
+
+
+def _extent(domain):
+    points = np.concatenate([domain.poles, domain.zeros, *domain.boundary, [1.0, -1.0]])
+    if not domain.is_certified:
+        points = np.array([-10.0, 10.0, 10.0j])
+    size = min(1.15*np.abs(points).max(), 4.0*max(2.0, np.abs(domain.poles).max(initial=2.0)))
+    return -0.6*size, size, -0.8*size, 0.8*size
+
+
+def plot_accuracy(domain, ax, style):
+    plt = _pyplot("plot()")
+    if ax is None:
+        ax = plt.gca()
+    z = domain.h*np.exp(1j*np.radians(domain.angles))
+    z = np.concatenate([z, z[::-1].conj()])
+    ax.plot(z.real, z.imag, **{"label": repr(domain.method), **style})
+    ax.set_aspect("equal")
+    ax.set_xlabel("Re(h lambda)")
+    ax.set_ylabel("Im(h lambda)")
+    return ax
+
+
+def plot_damping(result, axes, style):
+    plt = _pyplot("plot()")
+    if axes is None:
+        axes = plt.gcf().subplots(1, 2)
+    pairs = ((result.damping, result.exact_damping, "damping"), (result.frequency, result.exact_frequency, "frequency"))
+    for ax, (of_method, exact, name) in zip(axes, pairs):
+        ax.plot(result.r, exact, color="0.4", lw=1.0, label="exact")
+        ax.plot(result.r, of_method, **{"label": repr(result.method), **style})
+        ax.set_xlabel("r")
+        ax.set_ylabel(name)
+    return axes
