@@ -80,8 +80,11 @@ contains
       is_pending = .false.
       pending = 0.0_wp
       do i = 1, count + 1
-         sign_here = sign_of(q(:d), breaks(i))
-         if (i <= count .and. abs(value_of(q(:d), breaks(i))) <= value_of(error(:d), breaks(i))) sign_here = 0
+         sign_here = nint(sign(1.0_wp, q(d)))
+         if (i <= count) then
+            sign_here = sign_of(q(:d), breaks(i))
+            if (abs(value_of(q(:d), breaks(i))) <= value_of(error(:d), breaks(i))) sign_here = 0
+         end if
          if (sign_here == 0) then
             if (.not. is_pending) pending = breaks(i)
             is_pending = .true.
@@ -125,7 +128,7 @@ contains
       high = b
       sign_low = sign_of(c, a)
       if (sign_low == 0) sign_low = -sign_of(c, b)
-      x = 0.5_wp*(a + b)
+      x = between(a, b)
       do sweep = 1, 4*digits(1.0_wp) + 200
          y = 0.0_wp
          slope = 0.0_wp
@@ -139,13 +142,23 @@ contains
          else
             high = x
          end if
-         next = 0.5_wp*(low + high)
+         next = between(low, high)
          if (modulo(sweep, 3) /= 0 .and. abs(slope) > 0.0_wp) then
             if (abs(y) < abs(slope)*(high - low)) next = x - y/slope
-            if (.not. (next >= low .and. next <= high)) next = 0.5_wp*(low + high)
+            if (.not. (next >= low .and. next <= high)) next = between(low, high)
          end if
          if (abs(next - x) <= 0.5_wp*epsilon(1.0_wp)*abs(x)) return
          x = next
       end do
    end function zero_between
+
+   !> A point halfway, in the logarithm where the two are of different sizes
+   pure real(wp) function between(low, high)
+      real(wp), intent(in) :: low, high          !! 0 <= low < high
+      if (high <= 4.0_wp*low) then
+         between = 0.5_wp*(low + high)
+      else
+         between = sqrt(max(low, 1.0e-6_wp*high))*sqrt(high)
+      end if
+   end function between
 end module dynstep_positive_zeros

@@ -69,6 +69,12 @@ contains
       c(0) = 1.0_wp - 1.0e-2_wp
       call positive_zeros(c(0:2), [1.0e-3_wp, 0.0_wp, 0.0_wp], crossings, touched, first_sign)
       call check(error, size(touched) == 0 .and. size(crossings) == 2, 'crossings beyond the error')
+      call positive_zeros(times([-1.0e-30_wp, 1.0_wp], [-1.0e30_wp, 1.0_wp]), [0.0_wp, 0.0_wp, 0.0_wp], crossings, touched, &
+         & first_sign)
+      call check(error, size(crossings), 2, 'zeros of very different sizes')
+      if (allocated(error)) return
+      call check(error, crossings(1), 1.0e-30_wp, 'the small one', thr=1.0e-15_wp, rel=.true.)
+      call check(error, crossings(2), 1.0e30_wp, 'the large one', thr=1.0e-15_wp, rel=.true.)
       call positive_zeros([0.0_wp, 1.0e-20_wp], [1.0_wp, 1.0_wp], crossings, touched, first_sign)
       call check(error, first_sign, 0, 'zero polynomial')
    end subroutine test_positive_zeros
