@@ -9,7 +9,7 @@ program austin_table_02
    use dynstep_sequences, only: sequence_romberg
    use dynstep_status, only: status_type
    use error_areas, only: run
-   use paper_table, only: paper_table_type
+   use paper_table, only: austin_1991, paper_table_type
    implicit none
 
    !> As printed: the row of n = 1, then of n = 2, 4, 8
@@ -43,7 +43,7 @@ program austin_table_02
    call run(stepper, sys, [1.0_wp], [0.0_wp], 0.03_wp, 1, 1)
    call stepper%get_tableau(tableau, numbers)
 
-   call table%open(2, 'components after one time step, x(0) = 1, x''(0) = 0, dt = 0.03')
+   call table%open(austin_1991, 'Table 2', 'components after one time step, x(0) = 1, x''(0) = 0, dt = 0.03')
    call table%section('Under the heading "Component x: analytic x(0.03)"; it is the velocity: the headings are swapped')
    call table%agrees('analytic, -4 sin(0.12)', '-0.47884882915567743984', -4.0_wp*sin(0.12_wp), accept=1.0e-16_wp)
    call tableau_rows(2, printed_v, exact_v)

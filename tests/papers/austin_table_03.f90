@@ -10,7 +10,7 @@ program austin_table_03
    use dynstep_status, only: status_type
    use error_areas, only: run
    use newmark_as_printed, only: printed_tableau
-   use paper_table, only: paper_table_type
+   use paper_table, only: austin_1991, paper_table_type
    implicit none
 
    character(len=*), parameter :: printed(10) = [character(len=9) :: &
@@ -38,7 +38,8 @@ program austin_table_03
    call run(stepper, sys, [1.0_wp], [0.0_wp], 0.03_wp, 1, 1)
    call stepper%get_tableau(tableau, numbers)
 
-   call table%open(3, 'energy errors E - 8 at time step 1 (the print cuts digits off, it does not round)')
+   call table%open(austin_1991, 'Table 3', &
+      & 'energy errors E - 8 at time step 1 (the print cuts digits off, it does not round)')
    call table%section('The library')
    i = 0
    do row = 1, 4

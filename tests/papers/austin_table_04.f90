@@ -5,7 +5,7 @@ program austin_table_04
    use dynstep_newmark, only: newmark_stepper
    use newmark_as_printed, only: printed_areas
    use oscillator_areas, only: extrapolated_areas, extrapolated_rows, standard_areas, standard_rows
-   use paper_table, only: paper_table_type
+   use paper_table, only: austin_1991, paper_table_type
    implicit none
 
    real(wp), parameter :: beta = 0.25_wp
@@ -13,7 +13,7 @@ program austin_table_04
    type(paper_table_type) :: table
    real(wp) :: standard(4), extrapolated(4)
 
-   call table%open(4, 'error area after 3000 s, gamma = 1/2, beta = 1/4')
+   call table%open(austin_1991, 'Table 4', 'error area after 3000 s, gamma = 1/2, beta = 1/4')
    standard = standard_areas(beta)
    call standard_rows(table, ['4.074e0', '1.629e1', '6.518e1'], standard, &
       & [4.074235333817_wp, 16.29518491514_wp, 65.18776534107_wp])

@@ -5,7 +5,7 @@ program austin_table_05
    use dynstep_newmark, only: newmark_stepper
    use newmark_as_printed, only: printed_areas
    use oscillator_areas, only: extrapolated_areas, extrapolated_rows, standard_areas, standard_rows
-   use paper_table, only: paper_table_type
+   use paper_table, only: austin_1991, paper_table_type
    implicit none
 
    real(wp), parameter :: beta = 1.0_wp/6.0_wp
@@ -13,7 +13,7 @@ program austin_table_05
    type(paper_table_type) :: table
    real(wp) :: standard(4), extrapolated(4)
 
-   call table%open(5, 'error area after 3000 s, gamma = 1/2, beta = 1/6')
+   call table%open(austin_1991, 'Table 5', 'error area after 3000 s, gamma = 1/2, beta = 1/6')
    standard = standard_areas(beta)
    call standard_rows(table, ['2.037e0', '8.148e0', '3.259e1'], standard, &
       & [2.037253258416_wp, 8.148123114141_wp, 32.59605213465_wp])

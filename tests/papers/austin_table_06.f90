@@ -5,7 +5,7 @@ program austin_table_06
    use dynstep_midpoint, only: midpoint_stepper
    use dynstep_newmark, only: newmark_stepper
    use oscillator_areas, only: extrapolated_areas, extrapolated_rows
-   use paper_table, only: paper_table_type
+   use paper_table, only: austin_1991, paper_table_type
    implicit none
 
    !> Both rules are the same map in exact arithmetic
@@ -16,7 +16,7 @@ program austin_table_06
    type(midpoint_stepper) :: midpoint
    real(wp) :: area(4)
 
-   call table%open(6, 'error area after 3000 s; the figures differ by rounding errors alone')
+   call table%open(austin_1991, 'Table 6', 'error area after 3000 s; the figures differ by rounding errors alone')
    area = extrapolated_areas(trapezoid)
    call table%section('Newmark-extrapolation, beta = 1/4 (Table 4 again)')
    call extrapolated_rows(table, ['5.304e-8', '2.121e-7'], area, exact, 0.03_wp)

@@ -9,7 +9,7 @@ program austin_table_07
    use dynstep_sequences, only: sequence_romberg
    use dynstep_status, only: status_type
    use error_areas, only: loaded_area, run
-   use paper_table, only: paper_table_type
+   use paper_table, only: austin_1991, paper_table_type
    implicit none
 
    real(wp), parameter :: dt = 0.03_wp
@@ -31,7 +31,7 @@ program austin_table_07
    extrapolated%spacing = dt
    call run(extrapolation, sys, [1.0_wp], [-2.0_wp], dt, 200, 1, extrapolated)
 
-   call table%open(7, 'error area after 200 time steps of the damped oscillator under load')
+   call table%open(austin_1991, 'Table 7', 'error area after 200 time steps of the damped oscillator under load')
    area = standard%area()
    call table%section('Standard Newmark, h = dt/15, sum over the base points times dt')
    call table%agrees('displacement', '2.32e-6', area(1), exact=exact(1), accept_exact=1.0e-8_wp*exact(1))

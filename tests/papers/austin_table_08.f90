@@ -8,7 +8,7 @@ program austin_table_08
    use dynstep_sequences, only: sequence_romberg
    use dynstep_two_body, only: two_body_system
    use error_areas, only: run, two_body_area
-   use paper_table, only: paper_table_type
+   use paper_table, only: austin_1991, paper_table_type
    use dynstep_stepper, only: state_type
    implicit none
 
@@ -38,7 +38,7 @@ program austin_table_08
    call run(extrapolation, sys, q0, v0, dt, 1000, 1, extrapolated)
    call run(newmark, sys, q0, v0, dt, 0, 1, state=start)
 
-   call table%open(8, 'error area after 1000 time steps of the two bodies')
+   call table%open(austin_1991, 'Table 8', 'error area after 1000 time steps of the two bodies')
    call table%section('Text: initial values')
    call table%agrees('angular acceleration 1', '13.133', start%a(1), &
       & exact=13.133257709459068111_wp, accept_exact=1.0e-14_wp)

@@ -4,7 +4,7 @@
 program austin_table_09
    use bilinear_runs, only: exact_components, extrapolated_components, names
    use dynstep_kinds, only: wp
-   use paper_table, only: last_digit, paper_table_type, value_of
+   use paper_table, only: austin_1991, last_digit, paper_table_type, value_of
    implicit none
 
    character(len=*), parameter :: printed_analytic(4) = [character(len=19) :: &
@@ -24,7 +24,7 @@ program austin_table_09
 
    analytic = exact_components(9)
    numerical = extrapolated_components(9)
-   call table%open(9, 'system components at the end of time step 9 (x > 1 throughout)')
+   call table%open(austin_1991, 'Table 9', 'system components at the end of time step 9 (x > 1 throughout)')
    call table%section('Analytic')
    do i = 1, 4
       call table%agrees(trim(names(i)), printed_analytic(i), analytic(i), exact=exact(i), accept_exact=1.0e-14_wp)

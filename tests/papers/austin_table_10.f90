@@ -4,7 +4,7 @@
 program austin_table_10
    use bilinear_runs, only: energy_of, exact_components, extrapolated_components, names
    use dynstep_kinds, only: wp
-   use paper_table, only: paper_table_type
+   use paper_table, only: austin_1991, paper_table_type
    implicit none
 
    character(len=*), parameter :: printed_analytic(4) = [character(len=18) :: &
@@ -33,7 +33,8 @@ program austin_table_10
    late(2) = start(2)*cos(omega*dt) - start(1)*omega*sin(omega*dt)
    late(3) = -k*late(1)
 
-   call table%open(10, 'system components at the end of time step 10 (x = 1 is crossed at t = 0.3761373)')
+   call table%open(austin_1991, 'Table 10', &
+      & 'system components at the end of time step 10 (x = 1 is crossed at t = 0.3761373)')
    call table%section('Analytic')
    do i = 1, 3
       call table%explained(trim(names(i)), printed_analytic(i), late_switch(i), late(i), accept=2.0e-15_wp*k, &

@@ -8,7 +8,7 @@ program jay_negrut_fig_1
    use dynstep_kinds, only: wp
    use dynstep_soi2, only: mass_recomputed, soi2_stepper, variant_reduced
    use dynstep_status, only: status_type
-   use paper_table, only: paper_table_type
+   use paper_table, only: jay_negrut_2008, paper_table_type
    implicit none
 
    character(len=*), parameter :: reference(5, 6) = reshape([character(len=8) :: &
@@ -25,7 +25,8 @@ program jay_negrut_fig_1
    real(wp) :: errors(5, coarsest:finest)
    integer :: i
 
-   call table%open_figure('Fig. 1', 'errors at t = 1 of the test problem (15), rho_inf = 0.2, with (14)')
+   call table%open_figure(jay_negrut_2008, 'Fig. 1', &
+      & 'errors at t = 1 of the test problem (15), rho_inf = 0.2, with (14)')
    call coefficients_of(0.2_wp, stepper%coefficients, status)
    call sweep(test_problem, stepper, coarsest, .true., errors)
    call print_errors('Steps h/3, 2h/3, with (14a) and (14b), M_alpha stored', errors, coarsest, 5)

@@ -10,7 +10,7 @@ program jay_negrut_fig_2
    use dynstep_kinds, only: wp
    use dynstep_soi2, only: soi2_stepper
    use dynstep_status, only: status_type
-   use paper_table, only: paper_table_type
+   use paper_table, only: jay_negrut_2008, paper_table_type
    implicit none
 
    real(wp), parameter :: without(5) = [2.0_wp, 2.0_wp, 1.0_wp, 1.0_wp, 1.0_wp]
@@ -21,7 +21,8 @@ program jay_negrut_fig_2
    type(status_type) :: status
    real(wp) :: errors(5, coarsest:finest)
 
-   call table%open_figure('Fig. 2', 'errors at t = 1 of the test problem (15), rho_inf = 0.2, without (14)')
+   call table%open_figure(jay_negrut_2008, 'Fig. 2', &
+      & 'errors at t = 1 of the test problem (15), rho_inf = 0.2, without (14)')
    call coefficients_of(0.2_wp, stepper%coefficients, status)
    stepper%adjust_acceleration = .false.
    stepper%adjust_momentum = .false.

@@ -9,7 +9,7 @@ program jay_negrut_fig_4
    use dynstep_rod_pendulum, only: rod_pendulum
    use dynstep_soi2, only: soi2_stepper
    use dynstep_status, only: status_type
-   use paper_table, only: last_digit, paper_table_type, value_of
+   use paper_table, only: jay_negrut_2008, last_digit, paper_table_type, value_of
    implicit none
 
    integer, parameter :: first = 4
@@ -39,7 +39,7 @@ program jay_negrut_fig_4
    character(len=32) :: item
    integer :: i, k
 
-   call table%open_figure('Fig. 4', 'errors at t = 2 of the pendulum (16), rho_inf = 0.2')
+   call table%open_figure(jay_negrut_2008, 'Fig. 4', 'errors at t = 2 of the pendulum (16), rho_inf = 0.2')
    call coefficients_of(0.2_wp, stepper%coefficients, status)
    call sweep(pendulum, stepper, first, .true., errors)
    call print_errors('Steps h/3, 2h/3, with (14a)', errors, first, 4)

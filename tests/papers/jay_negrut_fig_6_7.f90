@@ -5,7 +5,7 @@ program jay_negrut_fig_6_7
    use dynstep_kinds, only: wp
    use dynstep_soi2, only: variant_index3, variant_soi2
    use dynstep_status, only: status_type
-   use paper_table, only: last_digit, paper_table_type, value_of
+   use paper_table, only: jay_negrut_2008, last_digit, paper_table_type, value_of
    use pin_velocities, only: drive, pi, pin_recorder
    implicit none
 
@@ -23,7 +23,7 @@ program jay_negrut_fig_6_7
    character(len=32) :: item
    integer :: k
 
-   call table%open_figure('Figs. 6, 7', 'largest velocity of pin O of the slider-crank, t in [0, 4]')
+   call table%open_figure(jay_negrut_2008, 'Figs. 6, 7', 'largest velocity of pin O of the slider-crank, t in [0, 4]')
    call table%section('HHT-I3, Fig. 6: the paper shows a closed curve of the size 1e-6 for h = 2^-10')
    do k = first, last
       call drive(variant_index3, -0.3_wp, 0.0_wp, pi, 4.0_wp, 2.0_wp**(-k), pin, status)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Rows of a paper's table: printed, computed, difference, verdict, reason.
 !>
-!>   call table%open(4, 'Error area after 3000 s')
-!>   call table%open_figure('Fig. 1', 'global errors')                    figures have no numbers: see below
+!>   call table%open(austin_1991, 'Table 4', 'Error area after 3000 s')
+!>   call table%open_figure(jay_negrut_2008, 'Fig. 1', 'global errors')   figures have no numbers: see below
 !>   call table%section('Standard Newmark')
 !>   call table%agrees(item, printed, computed, [accept, exact, accept_exact, reason])
 !>   call table%explained(item, printed, should_be, computed, [...])     the print is wrong
@@ -23,6 +23,10 @@ module paper_table
    private
 
    public :: value_of, last_digit
+
+   character(len=*), parameter, public :: austin_1991 = 'Austin 1991'
+   character(len=*), parameter, public :: jay_negrut_2008 = 'Jay & Negrut 2008'
+   character(len=*), parameter, public :: xie_1995 = 'Xie 1995'
 
    type, public :: paper_table_type
       character(len=24), private :: name = '' ! of the table or figure in the paper
@@ -45,25 +49,21 @@ module paper_table
 
 contains
 
-   subroutine table_open(self, number, title)
+   !> A table with printed numbers
+   subroutine table_open(self, paper, name, title)
       class(paper_table_type), intent(out) :: self
-      integer, intent(in) :: number
-      character(len=*), intent(in) :: title
-      write (self%name, '("Table ", i0)') number
-      print '("Austin 1991, ", a, ": ", a)', trim(self%name), title
+      character(len=*), intent(in) :: paper, name, title
+      self%name = name
+      print '(a, ", ", a, ": ", a)', paper, name, title
       call print_header('     printed')
    end subroutine table_open
 
-   subroutine table_open_figure(self, name, title, paper)
+   !> A figure, with the numbers of an independent study
+   subroutine table_open_figure(self, paper, name, title)
       class(paper_table_type), intent(out) :: self
-      character(len=*), intent(in) :: name, title
-      character(len=*), intent(in), optional :: paper       !! default: Jay & Negrut 2008
+      character(len=*), intent(in) :: paper, name, title
       self%name = name
-      if (present(paper)) then
-         print '(a, ", ", a, ": ", a)', paper, name, title
-      else
-         print '("Jay & Negrut 2008, ", a, ": ", a)', name, title
-      end if
+      print '(a, ", ", a, ": ", a)', paper, name, title
       call print_header('   reference')
    end subroutine table_open_figure
 

@@ -10,7 +10,7 @@ program xie_stability_windows
    use dynstep_stability_windows, only: alpha_windows, property_a_stable, property_f_stable, property_i_stable, &
       & property_l_stable
    use dynstep_status, only: status_type
-   use paper_table, only: paper_table_type
+   use paper_table, only: paper_table_type, xie_1995
    implicit none
 
    real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
@@ -18,7 +18,7 @@ program xie_stability_windows
    type(rational_type) :: r
    type(status_type) :: status
 
-   call table%open_figure('Sections 3.1-3.3', 'stability, accuracy and damping of BI45 and BI55', 'Xie 1995')
+   call table%open_figure(xie_1995, 'Sections 3.1-3.3', 'stability, accuracy and damping of BI45 and BI55')
    call windows_of_45
    call windows_of_55
    call search
