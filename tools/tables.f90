@@ -55,8 +55,10 @@ contains
       type is (extrapolation_stepper)
          call extrapolation_limit(stepper, 0.0_wp, limit, status)
          words = figures(limit, 4)//' (growth < 1e-12)'
+         if (status%failed()) words = '-'
       class default
          words = figures(limit, 4)
+         if (limit < 0.0_wp) words = '-'
       end select
    end function limit_of
 

@@ -27,6 +27,7 @@ module dynstep_accelerations
       procedure :: forget => solver_forget
       procedure :: solve => solver_solve
       procedure :: complete => solver_complete
+      procedure :: derivative => solver_derivative
       procedure :: prepare_mass => solver_prepare_mass
    end type acceleration_solver
 
@@ -85,19 +86,41 @@ contains
       type(state_type), intent(inout) :: state
       type(step_counters), intent(inout) :: count
       type(status_type), intent(inout) :: status
-      integer :: ierr
 
       if (status%failed()) return
       select type (sys)
       class is (mechanical_system)
          call self%solve(sys, state%t, state%y(1:sys%n), state%y(sys%n + 1:), state%a, count, status)
       class default
-         call sys%rhs(state%t, state%y, state%a, ierr)
-         count%forces = count%forces + 1
-         call check_callback('rhs', ierr, state%t, status)
-         if (.not. status%failed()) call check_finite('rhs', state%a, state%t, status)
+         call self%derivative(sys, state%t, state%y, state%a, count, status)
       end select
    end subroutine solver_complete
+
+   !> y' of any system, [v; M^-1 f] of one of mechanics
+   recursive subroutine solver_derivative(self, sys, t, y, f, count, status)
+      class(acceleration_solver), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(:)                   !! [state_size]
+      real(wp), intent(inout) :: f(:)                !! [state_size]
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      integer :: ierr
+
+      if (status%failed()) return
+      select type (sys)
+      class is (mechanical_system)
+         associate (n => sys%n)
+            f(1:n) = y(n + 1:2*n)
+            call self%solve(sys, t, y(1:n), y(n + 1:2*n), f(n + 1:2*n), count, status)
+         end associate
+      class default
+         call sys%rhs(t, y, f, ierr)
+         count%forces = count%forces + 1
+         call check_callback('rhs', ierr, t, status)
+         if (.not. status%failed()) call check_finite('rhs', f, t, status)
+      end select
+   end subroutine solver_derivative
 
    !> Factorize M(t, q, v); no work where M is the identity, or constant and known
    recursive subroutine solver_prepare_mass(self, sys, t, q, v, count, status)
@@ -118,6 +141,7 @@ contains
       call self%factor%factorize(self%m, status, t, 'mass matrix')
       count%factorizations = count%factorizations + 1
       self%known = sys%structure%mass_is_constant .and. .not. status%failed()
+      if (status%code == dynstep_not_finite) status%retry = .true.
       if (status%code == dynstep_singular_matrix) call status%set(dynstep_singular_matrix, trim(status%message) &
          & //'; condense coordinates that have no mass, or give them one')
    end subroutine solver_prepare_mass

@@ -7,6 +7,7 @@
 !> twice, in METHOD_NAMES and in NEW_METHOD; the table of the README runs over METHOD_NAMES.
 module dynstep_methods
    use dynstep_alpha_coefficients, only: hht_coefficients
+   use dynstep_backinterpolation, only: backinterpolation_stepper
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_generalized_alpha, only: generalized_alpha_stepper
    use dynstep_kinds, only: wp
@@ -39,7 +40,10 @@ module dynstep_methods
       & 'soi2', &
       & 'hht-soi2', &
       & 'hht-i3', &
-      & 'pade']
+      & 'pade', &
+      & 'bi', &
+      & 'bi45', &
+      & 'bi-extrapolation']
 
 contains
 
@@ -83,6 +87,13 @@ contains
          call new_hht(variant_index3, stepper, status)
       case ('pade')
          allocate (pade_stepper :: stepper)
+      case ('bi')
+         allocate (backinterpolation_stepper :: stepper)
+      case ('bi45')
+         call new_bi45(stepper)
+      case ('bi-extrapolation')
+         allocate (backinterpolation_stepper :: base)
+         call new_extrapolation(base, stepper)
       case default
          call status%set(dynstep_invalid_input, 'there is no method '''//trim(name)//'''; there are ' &
             & //trim(all_names()))
@@ -110,6 +121,16 @@ contains
       call hht_coefficients(hht_alpha, soi2%coefficients, status)
       call move_alloc(soi2, stepper)
    end subroutine new_hht
+
+   !> Orders 4 and 5 with the alpha in the middle of [0.43622, 0.44861], where |R| <= 1 on the imaginary axis
+   recursive subroutine new_bi45(stepper)
+      class(stepper_type), allocatable, intent(out) :: stepper
+      type(backinterpolation_stepper), allocatable :: bi
+      allocate (bi)
+      bi%q = 5
+      bi%alpha = 0.44_wp
+      call move_alloc(bi, stepper)
+   end subroutine new_bi45
 
    !> Extrapolation with the default levels and sequence; `base` is used up
    recursive subroutine new_extrapolation(base, stepper)

@@ -27,18 +27,21 @@ contains
 
    !> The system is one of mechanics, its declarations make sense, and the method takes its
    !> constraints where it has some
-   recursive subroutine check_mechanical(method, sys, status, takes_constraints)
+   recursive subroutine check_mechanical(method, sys, status, takes_constraints, takes_coupling)
       character(len=*), intent(in) :: method     !! name, for the sentence
       class(ode_system), intent(in) :: sys
       type(status_type), intent(inout) :: status
       logical, intent(in), optional :: takes_constraints   !! default .false.
+      logical, intent(in), optional :: takes_coupling      !! of a linear_system, default .false.
       logical :: allowed
       call check_size(sys, status)
       if (status%failed()) return
       select type (sys)
       class is (mechanical_system)
          call check_structure(sys, status)
-         if (.not. status%failed() .and. sys%structure%is_coupled) call status%set(dynstep_invalid_input, method &
+         allowed = .false.
+         if (present(takes_coupling)) allowed = takes_coupling
+         if (.not. (status%failed() .or. allowed) .and. sys%structure%is_coupled) call status%set(dynstep_invalid_input, method &
             & //' takes no coupling: choose pade or bi, or add b k'' and b c'' to K and C')
          allowed = .false.
          if (present(takes_constraints)) allowed = takes_constraints

@@ -13,6 +13,7 @@
 !>   Every user procedure ends with IERR:  0 fine,  > 0 outside the model's domain, a
 !>   smaller step may help,  < 0 give up and return to the caller.
 module dynstep_ode_system
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_differences, only: collect, difference_groups, perturb, state_sizes
    use dynstep_kinds, only: long, wp
    use dynstep_matrix, only: kind_dense, matrix_type
@@ -63,7 +64,7 @@ contains
       real(wp), intent(in) :: y(self%n)             !! state
       type(matrix_type), intent(inout) :: jac       !! df/dy
       integer, intent(out) :: ierr                  !! 0, > 0 smaller step, < 0 give up
-      integer :: group, attempt
+      integer :: group, attempt, i
 
       if (allocated(self%dynstep_differences)) then
          if (size(self%dynstep_differences, 1) /= self%n) deallocate (self%dynstep_differences)
@@ -74,6 +75,11 @@ contains
          call self%rhs(t, y, f0, ierr)
          self%difference_rhs = self%difference_rhs + 1
          if (ierr /= 0) return
+         do i = 1, self%n
+            ! the matrix tells of a value that is not finite; a comparison with it could trap
+            if (.not. ieee_is_finite(f0(i))) call jac%set_entry(i, i, f0(i))
+            if (.not. ieee_is_finite(f0(i))) return
+         end do
          call state_sizes(y, f0, sizes)
          do group = 1, difference_groups(jac)
             ! a group that leaves the domain of f moves the other way

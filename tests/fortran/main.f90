@@ -3,6 +3,7 @@
 program tester
    use test_arms, only: collect_arms
    use test_amplification, only: collect_amplification
+   use test_backinterpolation, only: collect_backinterpolation
    use test_bits, only: collect_bits
    use test_check_constraints, only: collect_check_constraints
    use test_check_system, only: collect_check_system
@@ -77,6 +78,7 @@ program tester
       & new_testsuite('endings', collect_endings), &
       & new_testsuite('systems', collect_systems), &
       & new_testsuite('loads', collect_loads), &
+      & new_testsuite('backinterpolation', collect_backinterpolation), &
       & new_testsuite('nesting', collect_nesting) &
       & ])
 end program tester
