@@ -64,6 +64,8 @@ static int in_use(intptr_t s)
     n += dynstep_set_midpoint(s) == DYNSTEP_IN_USE;
     n += dynstep_set_generalized_alpha(s, 0.5, 0.5, 0.25, 0.5) == DYNSTEP_IN_USE;
     n += dynstep_set_soi2(s, 0.5, 0.5, 0.25, 0.5, 1) == DYNSTEP_IN_USE;
+    n += dynstep_set_pade(s, 4, 4) == DYNSTEP_IN_USE;
+    n += dynstep_set_backinterpolation(s, 4, 4, 0.5, 1) == DYNSTEP_IN_USE;
     n += dynstep_set_alpha_options(s, 1, 1, 1, 1) == DYNSTEP_IN_USE;
     n += dynstep_set_start(s, 1) == DYNSTEP_IN_USE;
     n += dynstep_start_report(s, x) == DYNSTEP_IN_USE;
@@ -86,7 +88,7 @@ static int in_use(intptr_t s)
     n += dynstep_message(s, sizeof text, text) == DYNSTEP_IN_USE && strstr(text, "in use");
     return n;
 }
-enum { FUNCTIONS_OF_A_HANDLE = 54 };
+enum { FUNCTIONS_OF_A_HANDLE = 56 };
 
 static int invalid(intptr_t s)
 {
@@ -128,6 +130,8 @@ static int invalid(intptr_t s)
     n += dynstep_set_midpoint(s) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_generalized_alpha(s, 0.5, 0.5, 0.25, 0.5) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_soi2(s, 0.5, 0.5, 0.25, 0.5, 1) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_pade(s, 4, 4) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_backinterpolation(s, 4, 4, 0.5, 1) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_alpha_options(s, 1, 1, 1, 1) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_start(s, 1) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_start_report(s, x) == DYNSTEP_INVALID_HANDLE;

@@ -17,7 +17,7 @@ module dynstep_c_handle
    use dynstep_c_odes, only: c_linear_ode, c_ode_system
    use dynstep_c_points, only: point_buffer
    use dynstep_c_systems, only: c_linear_system, c_observer, c_system
-   use dynstep_flat_method, only: method_settings
+   use dynstep_flat_method, only: base_backinterpolation, method_settings
    use dynstep_integrate, only: integration_type
    use dynstep_kinds, only: long, wp
    use dynstep_matrix, only: identity_matrix, matrix_type, zero_matrix
@@ -104,6 +104,7 @@ contains
       s%observer%n = n
       s%points%n = n
       if (first_order) then
+         s%method%base = base_backinterpolation
          s%ode%n = n
          s%linear_ode%n = n
       else

@@ -2,12 +2,14 @@
 !> A method as numbers, the way C and F77 callers give it, and the stepper that it makes.
 module dynstep_flat_method
    use dynstep_alpha_coefficients, only: alpha_coefficients, coefficients_of
+   use dynstep_backinterpolation, only: backinterpolation_stepper, halves_taylor
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_generalized_alpha, only: generalized_alpha_stepper
    use dynstep_kinds, only: wp
    use dynstep_midpoint, only: midpoint_stepper
    use dynstep_newmark, only: newmark_stepper
+   use dynstep_pade, only: pade_stepper
    use dynstep_soi2, only: mass_stored, soi2_stepper, start_project, variant_soi2
    use dynstep_status, only: status_type
    use dynstep_stepper, only: stepper_type
@@ -16,7 +18,8 @@ module dynstep_flat_method
 
    public :: build_method, coefficients_of_radius
 
-   integer, parameter, public :: base_newmark = 0, base_midpoint = 1, base_generalized_alpha = 2, base_soi2 = 3
+   integer, parameter, public :: base_newmark = 0, base_midpoint = 1, base_generalized_alpha = 2, base_soi2 = 3, &
+      & base_pade = 4, base_backinterpolation = 5
 
    !> Options of generalized-alpha and SOI2, see soi2_stepper
    type, public :: alpha_settings
@@ -27,10 +30,19 @@ module dynstep_flat_method
       integer :: start_mode = start_project
    end type alpha_settings
 
+   !> Options of backinterpolation, see backinterpolation_stepper
+   type, public :: backinterpolation_settings
+      integer :: p = 4, q = 4
+      real(wp) :: alpha = 0.5_wp
+      integer :: halves = halves_taylor
+   end type backinterpolation_settings
+
    type, public :: method_settings
       integer :: base = base_newmark
       real(wp) :: beta = 0.25_wp, gamma = 0.5_wp
       type(alpha_settings) :: alpha
+      integer :: pade_p = 4, pade_q = 4          !! degrees of numerator and denominator
+      type(backinterpolation_settings) :: bi
       type(newton_options) :: newton
       integer :: levels = 0                      !! 0: no extrapolation
       integer :: sequence = 0                    !! see dynstep_sequences
@@ -64,6 +76,8 @@ contains
       type(midpoint_stepper), allocatable :: midpoint
       type(generalized_alpha_stepper), allocatable :: generalized_alpha
       type(soi2_stepper), allocatable :: soi2
+      type(pade_stepper), allocatable :: pade
+      type(backinterpolation_stepper), allocatable :: bi
 
       select case (settings%base)
       case (base_midpoint)
@@ -79,6 +93,19 @@ contains
          allocate (soi2)
          call set_options(settings, soi2)
          call move_alloc(soi2, stepper)
+      case (base_pade)
+         allocate (pade)
+         pade%p = settings%pade_p
+         pade%q = settings%pade_q
+         call move_alloc(pade, stepper)
+      case (base_backinterpolation)
+         allocate (bi)
+         bi%p = settings%bi%p
+         bi%q = settings%bi%q
+         bi%alpha = settings%bi%alpha
+         bi%halves = settings%bi%halves
+         bi%newton = settings%newton
+         call move_alloc(bi, stepper)
       case default
          allocate (newmark)
          newmark%beta = settings%beta

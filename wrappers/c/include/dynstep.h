@@ -108,6 +108,11 @@ enum dynstep_sequence {              /* sub-steps of the rows of an extrapolatio
     DYNSTEP_CUSTOM = 5               /* the caller's own numbers */
 };
 
+enum dynstep_halves {                /* of dynstep_set_backinterpolation */
+    DYNSTEP_HALVES_TAYLOR = 1,       /* Runge-Kutta halves of orders p and q */
+    DYNSTEP_HALVES_FEHLBERG = 2      /* RKF45's fifth order both ways, as in the thesis's listings */
+};
+
 enum dynstep_variant {               /* of dynstep_set_soi2 */
     DYNSTEP_SOI2 = 1,                /* Jay & Negrut 2008, eqs. (13), (14) */
     DYNSTEP_REDUCED = 2,             /* their section 6: one set of multipliers psi */
@@ -254,7 +259,7 @@ int dynstep_version(void);
  * than 48 bits. */
 intptr_t dynstep_new(int n);
 
-/* Integrator of a first-order system of n >= 1 unknowns.  0 where n < 1, and as above. */
+/* Integrator of a first-order system of n >= 1 unknowns, by default with backinterpolation, p = q = 4, alpha = 1/2.  0 where n < 1, and as above. */
 intptr_t dynstep_new_ode(int n);
 
 /* Free the integrator and set *handle to 0.  A handle of 0 is left alone. */
@@ -360,8 +365,8 @@ int dynstep_set_coupling(intptr_t handle, const double *b, const double *k, cons
 int dynstep_set_rhs(intptr_t handle, intptr_t fun, intptr_t ctx);                       /* dynstep_rhs */
 
 /* Jacobian by a function, or by differences (fun = 0), in the storage of kind DYNSTEP_DIAGONAL, _BANDED (with kl,
- * ku) or _DENSE.  Without this call: dense, by differences.  What is declared is believed: entries outside are
- * taken for zero.  Only the speed of Newton's iteration depends on it. */
+ * ku) or _DENSE.  Without this call: dense, by differences.  What is declared is believed: with entries outside of
+ * it the iteration of a step converges slowly, or not at all.  The result does not depend on it otherwise. */
 int dynstep_set_jacobian(intptr_t handle, intptr_t fun, intptr_t ctx, int kind, int kl,
                          int ku);                                         /* dynstep_jacobian_function */
 
@@ -402,6 +407,19 @@ int dynstep_set_alpha_options(intptr_t handle, int mass_at, int adjust_accelerat
 /* What these methods do with a start that is off the constraints: enum dynstep_start_mode, by default
  * DYNSTEP_START_PROJECT */
 int dynstep_set_start(intptr_t handle, int mode);
+
+/* Pade's approximation of the exponential, degrees p of the numerator and q of the denominator, 0 .. 8, order p + q, for
+ * linear systems (Xie 1995, section 2.3).  p = q: undamped modes keep their amplitude; q = p + 1, p + 2: stiff modes
+ * are damped at once. */
+int dynstep_set_pade(intptr_t handle, int p, int q);
+
+/* Backinterpolation (Xie 1995): a half-step forward over alpha h, and one backward over (1 - alpha) h from the unknown
+ * end; for first-order and for mechanical systems without constraints.
+ *   p, q     orders of the two, 1 .. 5 (p is not read for alpha = 0, q for alpha = 1)
+ *   alpha    0 .. 1.  With p = q and alpha = 1/2 the method is symmetric, and undamped modes keep their amplitude where
+ *            p <= 4; orders (4, 5) want 0.4363 <= alpha <= 0.4486.  q = 5 has poles in the left half-plane.
+ *   halves   enum dynstep_halves; p and q are not read for DYNSTEP_HALVES_FEHLBERG */
+int dynstep_set_backinterpolation(intptr_t handle, int p, int q, double alpha, int halves);
 
 /* Extrapolation of order 2*levels over the method above.
  *   levels             1..DYNSTEP_MAX_LEVELS; 0 takes the extrapolation away
