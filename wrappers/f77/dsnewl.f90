@@ -32,7 +32,7 @@
 !>   (19), (20), (21), (22)   the same of K, with 0 for K = 0
 !>   (23)  1: LOAD gives P                                                         (P = 0)
 recursive subroutine dsnewl(n, am, ac, ak, load, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)
-   use dynstep_f77_run, only: run_linear
+   use dynstep_f77_run, only: method_plain, run_linear
    use dynstep_f77_systems, only: f77_load, f77_out
    use dynstep_kinds, only: wp
    implicit none
@@ -49,5 +49,5 @@ recursive subroutine dsnewl(n, am, ac, ak, load, out, t, q, v, a, tend, h, iopt,
    integer, intent(inout) :: icnt(*)
    integer, intent(out) :: idid
    character(len=*), intent(out) :: text
-   call run_linear(.false., n, am, ac, ak, load, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)
+   call run_linear(method_plain, n, am, ac, ak, load, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)
 end subroutine dsnewl

@@ -114,7 +114,7 @@
 !>      F(1) = -RPAR(1)*SIN(Q(1))
 !>      END
 recursive subroutine dsnewm(n, force, mass, tang, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)
-   use dynstep_f77_run, only: run_external
+   use dynstep_f77_run, only: method_plain, run_external
    use dynstep_f77_systems, only: f77_force, f77_mass, f77_out, f77_tangent
    use dynstep_kinds, only: wp
    implicit none
@@ -132,5 +132,5 @@ recursive subroutine dsnewm(n, force, mass, tang, out, t, q, v, a, tend, h, iopt
    integer, intent(inout) :: icnt(*)
    integer, intent(out) :: idid
    character(len=*), intent(out) :: text
-   call run_external(.false., n, force, mass, tang, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)
+   call run_external(method_plain, n, force, mass, tang, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)
 end subroutine dsnewm

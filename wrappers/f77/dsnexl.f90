@@ -8,7 +8,7 @@
 !>
 !> Arguments are those of DSNEWL; IOPT(5), IOPT(6), IOPT(7) and IOPT(31), ... those of DSNEXT.
 recursive subroutine dsnexl(n, am, ac, ak, load, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)
-   use dynstep_f77_run, only: run_linear
+   use dynstep_f77_run, only: method_extrapolated, run_linear
    use dynstep_f77_systems, only: f77_load, f77_out
    use dynstep_kinds, only: wp
    implicit none
@@ -25,5 +25,5 @@ recursive subroutine dsnexl(n, am, ac, ak, load, out, t, q, v, a, tend, h, iopt,
    integer, intent(inout) :: icnt(*)
    integer, intent(out) :: idid
    character(len=*), intent(out) :: text
-   call run_linear(.true., n, am, ac, ak, load, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)
+   call run_linear(method_extrapolated, n, am, ac, ak, load, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)
 end subroutine dsnexl

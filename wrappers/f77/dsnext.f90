@@ -21,7 +21,7 @@
 !>
 !> A tolerance of Newton's iteration spoils an extrapolation: leave ROPT(3) = 0.
 recursive subroutine dsnext(n, force, mass, tang, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)
-   use dynstep_f77_run, only: run_external
+   use dynstep_f77_run, only: method_extrapolated, run_external
    use dynstep_f77_systems, only: f77_force, f77_mass, f77_out, f77_tangent
    use dynstep_kinds, only: wp
    implicit none
@@ -39,5 +39,5 @@ recursive subroutine dsnext(n, force, mass, tang, out, t, q, v, a, tend, h, iopt
    integer, intent(inout) :: icnt(*)
    integer, intent(out) :: idid
    character(len=*), intent(out) :: text
-   call run_external(.true., n, force, mass, tang, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)
+   call run_external(method_extrapolated, n, force, mass, tang, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)
 end subroutine dsnext

@@ -4,7 +4,7 @@ module dynstep_f77_options
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_equilibrium, only: newton_options
    use dynstep_f77_systems, only: f77_force, f77_linear_system, f77_load, f77_mass, f77_system, f77_tangent
-   use dynstep_flat_method, only: base_midpoint, build_method, method_settings
+   use dynstep_flat_method, only: base_midpoint, base_pade, build_method, method_settings
    use dynstep_integrate, only: control_type
    use dynstep_kinds, only: long, wp
    use dynstep_linear_system, only: load_procedure
@@ -17,8 +17,9 @@ module dynstep_f77_options
    implicit none
    private
 
-   public :: describe_external, describe_linear, describe_levels, check_levels
+   public :: describe_external, describe_linear, describe_levels, check_levels, describe_pade
    public :: describe_method, describe_newton, describe_output, check_span, check_not_negative
+   public :: check_size, check_structure
 
    ! Places in IOPT, see the prologue of DSNEWM
    integer, parameter :: at_every = 1, at_times = 2, at_limit = 3, at_halvings = 4, at_base = 5, at_levels = 6, &
@@ -26,11 +27,15 @@ module dynstep_f77_options
       & at_linear = 22, at_no_velocities = 23, at_custom = 31
    ! The same of the drivers for matrices, see DSNEWL
    integer, parameter :: at_damping = 15, at_stiffness = 19, at_load = 23
+   ! The same of DSPADE
+   integer, parameter :: at_numerator = 6, at_denominator = 7
    ! Places in ROPT
    integer, parameter :: at_beta = 1, at_gamma = 2, at_tolerance = 3, at_first_time = 11
 
    !> A state has 2 N numbers, which an INTEGER counts
    integer, parameter :: most_coordinates = shiftr(huge(0), 1)
+   !> Of DSPADE
+   integer, parameter :: most_pade_degree = 8
    !> Levels of DSNEXT and DSNEXL where none are told
    integer, parameter :: default_levels = 4
 
@@ -207,6 +212,25 @@ contains
       if (levels > 0) call describe_sequence(levels, iopt, method, status)
       if (.not. status%failed()) call build_method(method, stepper)
    end subroutine describe_method
+
+   !> Pade's approximation of the degrees that the options tell
+   recursive subroutine describe_pade(iopt, stepper, status)
+      integer, intent(in) :: iopt(*)
+      class(stepper_type), allocatable, intent(out) :: stepper
+      type(status_type), intent(inout) :: status
+      type(method_settings) :: method
+      integer :: at
+
+      do at = at_numerator, at_denominator
+         if (status%failed()) return
+         if (iopt(at) < -1 .or. iopt(at) > most_pade_degree) call status%set(dynstep_invalid_input, 'IOPT('//text(at) &
+            & //') = '//text(iopt(at))//', a degree, must be -1 to '//text(most_pade_degree))
+      end do
+      method%base = base_pade
+      if (iopt(at_numerator) /= 0) method%pade_p = max(0, iopt(at_numerator))
+      if (iopt(at_denominator) /= 0) method%pade_q = max(0, iopt(at_denominator))
+      if (.not. status%failed()) call build_method(method, stepper)
+   end subroutine describe_pade
 
    recursive subroutine describe_newton(iopt, ropt, newton, status)
       integer, intent(in) :: iopt(*)

@@ -6,26 +6,31 @@
 module dynstep_f77_run
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_f77_options, only: check_levels, check_span, describe_external, describe_levels, describe_linear, &
-      & describe_method, describe_output
+      & describe_method, describe_output, describe_pade
    use dynstep_f77_systems, only: f77_force, f77_linear_system, f77_load, f77_mass, f77_out, f77_output, &
       & f77_system, f77_tangent
    use dynstep_integrate, only: control_type, integrate
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
+   use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_stopped, status_type
    use dynstep_stepper, only: allocate_state, state_type, step_counters, stepper_type
    use dynstep_text, only: text
    implicit none
    private
 
-   public :: run_external, run_linear, table_external, advance, give_counts
+   public :: run_external, run_linear, table_external, advance, start_and_integrate, give_counts
+
+   integer, parameter, public :: method_plain = 0           !! Newmark's method or the midpoint rule
+   integer, parameter, public :: method_extrapolated = 1    !! their extrapolation
+   integer, parameter, public :: method_pade = 2
 
 contains
 
    !> DSNEWM and DSNEXT
-   recursive subroutine run_external(extrapolated, n, force, mass, tang, out, t, q, v, a, tend, h, iopt, ropt, &
+   recursive subroutine run_external(method, n, force, mass, tang, out, t, q, v, a, tend, h, iopt, ropt, &
       & rpar, ipar, icnt, idid, message)
-      logical, intent(in) :: extrapolated
+      integer, intent(in) :: method              !! method_plain, method_extrapolated or method_pade
       integer, intent(in) :: n
       procedure(f77_force) :: force
       procedure(f77_mass) :: mass
@@ -44,15 +49,15 @@ contains
       type(status_type) :: status
 
       call describe_external(n, force, mass, tang, iopt, rpar, ipar, sys, status)
-      call run(sys, extrapolated, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, status)
+      call run(sys, method, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, status)
       idid = status%code
       message = status%message
    end subroutine run_external
 
-   !> DSNEWL and DSNEXL
-   recursive subroutine run_linear(extrapolated, n, am, ac, ak, load, out, t, q, v, a, tend, h, iopt, ropt, &
+   !> DSNEWL, DSNEXL and DSPADE
+   recursive subroutine run_linear(method, n, am, ac, ak, load, out, t, q, v, a, tend, h, iopt, ropt, &
       & rpar, ipar, icnt, idid, message)
-      logical, intent(in) :: extrapolated
+      integer, intent(in) :: method              !! method_plain, method_extrapolated or method_pade
       integer, intent(in) :: n
       real(wp), intent(in) :: am(*), ac(*), ak(*)
       procedure(f77_load) :: load
@@ -70,7 +75,7 @@ contains
       type(status_type) :: status
 
       call describe_linear(n, am, ac, ak, load, iopt, rpar, ipar, sys, status)
-      call run(sys, extrapolated, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, status)
+      call run(sys, method, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, status)
       idid = status%code
       message = status%message
    end subroutine run_linear
@@ -126,10 +131,10 @@ contains
       message = status%message
    end subroutine table_external
 
-   !> From T to TEND by Newmark's method, the midpoint rule, or an extrapolation
-   recursive subroutine run(sys, extrapolated, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, status)
+   !> From T to TEND
+   recursive subroutine run(sys, method, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, status)
       class(mechanical_system), intent(inout) :: sys
-      logical, intent(in) :: extrapolated
+      integer, intent(in) :: method
       procedure(f77_out) :: out
       real(wp), intent(inout) :: t, q(*), v(*), a(*)
       real(wp), intent(in) :: tend, h
@@ -146,8 +151,12 @@ contains
 
       icnt(:10) = 0
       levels = 0
-      if (extrapolated) call describe_levels(iopt, levels, status)
-      call describe_method(levels, iopt, ropt, stepper, status)
+      if (method == method_extrapolated) call describe_levels(iopt, levels, status)
+      if (method == method_pade) then
+         call describe_pade(iopt, stepper, status)
+      else
+         call describe_method(levels, iopt, ropt, stepper, status)
+      end if
       output%out_external => out
       call advance(sys, stepper, output, state, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, status)
       if (allocated(stepper)) call give_counts(stepper%count, icnt)
@@ -179,23 +188,39 @@ contains
          state%t = t
          state%y(1:n) = q(1:n)
          state%y(n + 1:) = v(1:n)
-         call stepper%start(sys, state, status)
+         call start_and_integrate(sys, stepper, output, state, tend, control, wanted, rpar, ipar, status)
          if (.not. stepper%is_started) return
-         output%n = n
-         output%rpar => rpar(1:1)
-         output%ipar => ipar(1:1)
-         if (wanted) then
-            call integrate(stepper, sys, state, tend, control, status, recorder=output)
-         else
-            call integrate(stepper, sys, state, tend, control, status)
-         end if
          t = state%t
          q(1:n) = state%y(1:n)
          v(1:n) = state%y(n + 1:)
          a(1:n) = state%a
       end associate
-      if (output%stopped) call status%set(dynstep_stopped, 'OUT asked to stop; the run ended at t = '//text(state%t))
    end subroutine advance
+
+   !> From `state`, which has t and y, to TEND, by a stepper that is initialised
+   recursive subroutine start_and_integrate(sys, stepper, output, state, tend, control, wanted, rpar, ipar, status)
+      class(ode_system), intent(inout) :: sys
+      class(stepper_type), intent(inout) :: stepper
+      class(f77_output), intent(inout) :: output          !! with the subroutine OUT
+      type(state_type), intent(inout) :: state
+      real(wp), intent(in) :: tend
+      type(control_type), intent(in) :: control
+      logical, intent(in) :: wanted                       !! OUT is called
+      real(wp), intent(inout), target :: rpar(*)
+      integer, intent(inout), target :: ipar(*)
+      type(status_type), intent(inout) :: status
+      call stepper%start(sys, state, status)
+      if (.not. stepper%is_started) return
+      output%n = sys%n
+      output%rpar => rpar(1:1)
+      output%ipar => ipar(1:1)
+      if (wanted) then
+         call integrate(stepper, sys, state, tend, control, status, recorder=output)
+      else
+         call integrate(stepper, sys, state, tend, control, status)
+      end if
+      if (output%stopped) call status%set(dynstep_stopped, 'OUT asked to stop; the run ended at t = '//text(state%t))
+   end subroutine start_and_integrate
 
    !> The counters in the order of the prologue, cut to what an INTEGER holds
    recursive subroutine give_counts(count, icnt)
