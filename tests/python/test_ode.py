@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""First-order systems: what they take, and what they refuse."""
+"""First-order systems: what they take, what they refuse, what comes out."""
+import ctypes
+import pickle
+
 import numpy as np
 import pytest
 
 import dynstep
-from dynstep import Integrator, LinearOde, LinearSystem, LoadTable, MechanicalSystem, OdeSystem, solve, solve_ode
+from dynstep import (BI, BIExtrapolation, Integrator, LinearOde, LinearSystem, LoadTable, MechanicalSystem, Newton, OdeSystem,
+                     OutOfDomain, Pade, solve, solve_ode)
 
 
 def decay(t, y):
@@ -55,11 +59,8 @@ def test_wrong_systems_are_named(make, error, match):
     ({"method": "newmark"}, ValueError, "first order"),
 ])
 def test_wrong_runs_are_named(changed, error, match):
-    method = {} if "bi" in dynstep.methods() else {"method": "newmark"}
-    if method and match in ("h must not be zero", "points away"):
-        pytest.skip("no method for first-order systems yet")
     with pytest.raises(error, match=match):
-        solve_ode(**{"system": decay, "t_span": (0, 1), "y0": 1.0, "h": 0.1, **method, **changed})
+        solve_ode(**{"system": decay, "t_span": (0, 1), "y0": 1.0, "h": 0.1, **changed})
 
 
 def test_each_system_has_its_own_solve():
@@ -86,3 +87,300 @@ def test_systems_show_what_they_are():
     ring = np.roll(np.eye(n), 1, axis=1) + np.roll(np.eye(n), -1, axis=1)
     system = LinearOde(sparse.csr_array(ring))
     assert system.ordering is not None and "reordered" in repr(system) and "kl=2, ku=2" in system.storage
+
+
+# ---- Solutions ----
+
+VOLTERRA = [2.0, 3.0]
+
+
+def volterra(t, y, k=1.0):
+    return np.array([k*y[0]*(1 - y[1]), -y[1]*(1 - y[0])])
+
+
+def circle(t, y):
+    return (y @ y)**2*np.array([-y[1], y[0]])            # from (1, 0): cos t, sin t
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("method, order", [("bi", 4), ("bi45", 4), (BI(1), 2), (BI(3), 4), (BI((4, 5), 0.4), 4),
+                                           (BI(halves="fehlberg", alpha=0.4), 5), (BIExtrapolation(3, 2), 6)])
+def test_order_forward_and_backward(method, order, direction):
+    end = [np.cos(2.0), direction*np.sin(2.0)]
+    errors = [np.abs(solve_ode(circle, (0, 2*direction), [1, 0], method, h=direction/steps).y[:, -1] - end).max()
+              for steps in (16, 32)]
+    assert np.log2(errors[0]/errors[1]) > order - 0.35, errors
+
+
+def test_solution_has_what_it_promises():
+    s = solve_ode(volterra, (0, 1), VOLTERRA, h=0.1, args=(1.0,))
+    assert s.success and s.status == 0 and s.t.shape == (11,) and s.y.shape == s.yp.shape == (2, 11) and s.sol is None
+    assert np.array_equal(s.yp.T, [volterra(t, y) for t, y in zip(s.t, s.y.T)])
+    assert isinstance(s.system, OdeSystem) and s.method == BI() and s.counts["steps"] == 10 and s.counts["forces"] > 100
+    assert "2 unknown(s)" in repr(s) and "BI(order=(4, 4), alpha=0.5)" in repr(s)
+    assert not hasattr(s, "q")
+
+
+def test_what_is_recorded():
+    full = solve_ode(volterra, (0, 1), VOLTERRA, h=0.05)
+    dense = solve_ode(volterra, (0, 1), VOLTERRA, h=0.05, dense_output=True)
+    times = np.array([0.0, 0.01, 0.33, 0.33, 1.0])
+    there = solve_ode(volterra, (0, 1), VOLTERRA, h=0.05, t_eval=times)
+    both = solve_ode(volterra, (0, 1), VOLTERRA, h=0.05, t_eval=times, dense_output=True)
+    assert np.array_equal(there.t, times) and np.abs(there.y - dense.sol(times)).max() < 1e-14
+    assert np.abs(there.yp - dense.sol.derivative(times)).max() < 1e-13 and np.array_equal(both.y, dense.sol(times))
+    assert dense.sol(0.33).shape == (2,) and np.abs(dense.sol(full.t) - full.y).max() < 1e-15
+    fine = solve_ode(volterra, (0, 1), VOLTERRA, h=0.01)
+    assert 1e-8 < np.abs(dense.sol(fine.t) - fine.y).max() < 1e-5           # h^4
+    with pytest.raises(ValueError, match="outside the run"):
+        dense.sol(1.5)
+    every = solve_ode(volterra, (0, 1), VOLTERRA, h=0.05, every=8)
+    assert np.array_equal(every.y, full.y[:, [0, 8, 16, 20]])
+    assert solve_ode(volterra, (0, 1), VOLTERRA, h=0.05, t_eval=[]).y.shape == (2, 0)
+    stopped = solve_ode(volterra, (0, 1), VOLTERRA, h=0.05, observer=lambda t, y, yp: y[0] < 1.5 and yp[0] < 0)
+    assert stopped.status == 1 and stopped.y[0, -2] >= 1.5 > stopped.y[0, -1]
+    short = solve_ode(volterra, (0, 1), VOLTERRA, h=0.05, max_steps=7)
+    assert not short.success and short.t.size == 8 and "max_steps = 7 steps were made, up to t = 0.35" in short.message
+
+
+@pytest.mark.parametrize("kind", ["dense", "diagonal", (1, 1), (0, 2)])
+def test_jacobians_of_all_kinds(kind):
+    # the Jacobian is banded; a kind that leaves entries out makes the iteration slower, not the result another one
+    n = 6
+
+    def rhs(t, y):
+        f = -(2 + y*y)*y + np.sin(t)
+        f[1:] += y[:-1]
+        f[:-1] += y[1:]
+        return f
+
+    def jacobian(t, y):
+        a = np.diag(-2 - 3*y*y) + np.eye(n, k=1) + np.eye(n, k=-1)
+        if kind == "diagonal":
+            return np.diag(a)
+        if kind == "dense":
+            return a
+        ab = np.zeros((kind[0] + kind[1] + 1, n))
+        for offset in range(-kind[0], kind[1] + 1):
+            diagonal = np.diag(a, offset)
+            ab[kind[1] - offset, max(0, offset):max(0, offset) + diagonal.size] = diagonal
+        return ab
+
+    y0 = np.linspace(-1, 1, n)
+    expected = solve_ode(rhs, (0, 2), y0, h=0.1)
+    for given in (jacobian, None) if kind in ("dense", (1, 1)) else (jacobian,):
+        s = solve_ode(OdeSystem(n, rhs, given, jacobian_kind=kind), (0, 2), y0, h=0.1)
+        assert s.success and np.abs(s.y - expected.y).max() < 1e-13
+
+
+# ---- Linear systems ----
+
+A = np.array([[-1.0, 2.0, 0.0], [-2.0, -1.0, 0.5], [0.0, 0.3, -40.0]])
+
+
+def test_linear_ode_by_all_methods():
+    linalg = pytest.importorskip("scipy.linalg")
+    y0 = np.array([1.0, 0.0, 2.0])
+    exact = linalg.expm(2*A) @ y0
+    for method, error in ((Pade(5, 6), 1e-12), (Pade(4, 4), 1e-8), ("pade", 1e-8), ("bi", 1e-4), (BIExtrapolation(4, 2), 1e-3)):
+        s = solve_ode(LinearOde(A), (0, 2), y0, method, h=0.1)
+        assert np.abs(s.y[:, -1] - exact).max() < error, method
+    assert np.abs(solve_ode(OdeSystem(3, lambda t, y: A @ y), (0, 2), y0, h=0.1).y
+                  - solve_ode(LinearOde(A), (0, 2), y0, h=0.1).y).max() < 1e-11
+
+
+def test_sources_and_orders_of_unknowns_agree():
+    sparse = pytest.importorskip("scipy.sparse")
+    n = 40
+    ring = np.roll(np.eye(n), 1, axis=1) + np.roll(np.eye(n), -1, axis=1) - 2.5*np.eye(n)
+    pattern, y0 = np.linspace(0, 1, n), np.cos(np.arange(n))
+    table = LoadTable((0.0, 4.0), [0.0, 4.0], pattern)
+    kept = []
+    native = dynstep.signature("source", "ctypes")(
+        lambda n, t, b, ctx: np.copyto(np.ctypeslib.as_array((ctypes.c_double*n).from_address(b)), t*pattern) or 0)
+    runs = [solve_ode(system, (0, 2), y0, "pade", h=0.1, observer=observer) for system, observer in (
+        (LinearOde(ring, lambda t: t*pattern), None), (LinearOde(sparse.csr_array(ring), table), None),
+        (LinearOde(sparse.csr_array(ring), lambda t: t*pattern), lambda t, y, yp: kept.append((y, yp))),
+        (LinearOde(sparse.csr_array(ring), native), None))]
+    for s in runs[1:]:
+        assert np.abs(s.y - runs[0].y).max() < 1e-13 and np.abs(s.yp - runs[0].yp).max() < 1e-12
+    assert np.array_equal(np.array(kept)[:, 0].T, runs[2].y[:, 1:]) and np.array_equal(kept[-1][1], runs[2].yp[:, -1])
+
+
+def test_a_compiled_observer_of_reordered_unknowns():
+    sparse = pytest.importorskip("scipy.sparse")
+    numba = pytest.importorskip("numba")
+    n = 40
+    ring = np.roll(np.eye(n), 1, axis=1) + np.roll(np.eye(n), -1, axis=1) - 2.5*np.eye(n)
+    last = np.zeros(2*n)
+
+    @numba.cfunc(dynstep.signature("observer"))
+    def observer(n, t, q, v, a, ctx):
+        last = numba.carray(ctx, 2*n, numba.float64)
+        for i in range(n):
+            last[i] = q[i]
+            last[n + i] = a[i]
+        return 0
+
+    s = solve_ode(LinearOde(sparse.csr_array(ring)), (0, 1), np.arange(n), "pade", h=0.1,
+                  observer=dynstep.compiled(observer, last))
+    assert np.array_equal(last, np.concatenate([s.y[:, -1], s.yp[:, -1]]))
+
+
+@pytest.mark.parametrize("method", ["pade", "bi", Pade(3, 4)])
+def test_feedback_is_the_dense_closed_loop(method):
+    sparse = pytest.importorskip("scipy.sparse")
+    n = 40
+    ring = 2.2*np.eye(n) - 0.5*np.roll(np.eye(n), 1, axis=1) - 0.5*np.roll(np.eye(n), -1, axis=1)
+    rng = np.random.default_rng(3)
+    b, k, c = rng.uniform(0, 0.3, (3, n))
+    q0, v0 = rng.standard_normal((2, n))
+    dense = LinearSystem(1.0, 0.1*ring + np.outer(b, c), ring + np.outer(b, k))
+    banded = LinearSystem(1.0, sparse.csr_array(0.1*ring), sparse.csr_array(ring), feedback=(b, k, c))
+    assert banded.ordering is not None and banded.has_energy
+    first, second = (solve(system, (0, 3), q0, v0, method, h=0.1) for system in (dense, banded))
+    assert first.success and second.success
+    assert np.abs(first.q - second.q).max() < 1e-12 and np.abs(first.a - second.a).max() < 1e-11
+    assert np.abs(solve(LinearSystem(np.ones(n), feedback=(b, None, None)), (0, 1), q0, v0, method, h=0.1).v
+                  - v0[:, np.newaxis]).max() < 1e-13
+
+
+def test_mechanical_systems_take_the_new_methods():
+    system = LinearSystem(2.0, K=8.0)
+    for method, error in (("pade", 1e-11), ("bi", 1e-5), (Pade(8, 8), 1e-12)):
+        s = solve(system, (0, 5), 1.0, 0.0, method, h=0.05)
+        assert np.abs(s.q[0] - np.cos(2*s.t)).max() < error
+        assert np.ptp(s.energy()) < 1e-12
+    with pytest.raises(ValueError, match="linear"):
+        solve(MechanicalSystem(1, lambda t, q, v: -q), (0, 1), 1.0, 0.0, "pade", h=0.1)
+    s = solve(MechanicalSystem(1, lambda t, q, v: -4*q), (0, 5), 1.0, 0.0, "bi", h=0.05)
+    assert np.abs(s.q[0] - np.cos(2*s.t)).max() < 1e-5
+
+
+# ---- Functions of the user ----
+
+@pytest.mark.parametrize("which", ["rhs", "jacobian", "source", "observer"])
+@pytest.mark.parametrize("error", [KeyError("an object of its own"), KeyboardInterrupt()])
+def test_exceptions_come_out_unchanged(which, error):
+    def late(result):
+        def function(t, *rest):
+            if t > (-1 if which == "jacobian" else 0.35):
+                raise error
+            return result
+        return function
+
+    if which == "source":
+        run = {"system": LinearOde(-1.0, late([0.0]))}
+    else:
+        run = {"system": OdeSystem(1, late([0.0]) if which == "rhs" else decay, late([[1.0]]) if which == "jacobian" else None)}
+    with pytest.raises(type(error)) as caught:
+        solve_ode(**run, t_span=(0, 1), y0=1.0, h=0.1, observer=late(False) if which == "observer" else None)
+    assert caught.value is error
+
+
+@pytest.mark.parametrize("value, error, match", [
+    (None, TypeError, "rhs returned None"), ([1.0, 2.0, 3.0], ValueError, r"rhs returned an array of shape \(3,\)"),
+    ([1j, 0], TypeError, "rhs returned an array of complex")])
+def test_results_that_cannot_be(value, error, match):
+    with pytest.raises(error, match=match):
+        solve_ode(lambda t, y: value, (0, 1), [1.0, 2.0], h=0.1)
+    jacobian = match.replace("rhs", "jacobian").replace(r"\(3,\)", r"\(3,\), expected \(2, 2\)")
+    with pytest.raises(error, match=jacobian):
+        solve_ode(OdeSystem(2, decay, lambda t, y: value), (0, 1), [1.0, 2.0], h=0.1)
+
+
+def test_failures_are_solutions():
+    def root(t, y):
+        if y[0] < 0:
+            raise OutOfDomain
+        return [-1.0]
+    for rhs in (root, lambda t, y: [-1.0 if y[0] >= 0 else np.nan]):
+        s = solve_ode(rhs, (0, 2), 1.0, h=0.25)
+        assert not s.success and s.t[-1] == pytest.approx(1.0) and s.message and s.y[0, -1] == pytest.approx(0.0, abs=1e-12)
+    assert "rhs" in solve_ode(lambda t, y: [np.nan], (0, 1), 1.0, h=0.1).message
+
+
+def test_compiled_functions_give_the_same_bits():
+    numba = pytest.importorskip("numba")
+
+    @numba.cfunc(dynstep.signature("rhs"))
+    def compiled(n, t, y, f, ctx):
+        k = numba.carray(ctx, 1, numba.float64)[0]
+        f[0] = k*y[0]*(1 - y[1])
+        f[1] = -y[1]*(1 - y[0])
+        return 0
+
+    @numba.cfunc(dynstep.signature("jacobian"))
+    def jacobian(n, t, y, jac, ctx):
+        k = numba.carray(ctx, 1, numba.float64)[0]
+        jac[0] = k*(1 - y[1])
+        jac[1] = y[1]
+        jac[2] = -k*y[0]
+        jac[3] = y[0] - 1
+        return 0
+
+    def matrix(t, y, k):
+        return [[k*(1 - y[1]), -k*y[0]], [y[1], y[0] - 1]]
+
+    @dynstep.signature("rhs", "ctypes")
+    def native(n, t, y, f, ctx):
+        y, f = ((ctypes.c_double*2).from_address(x) for x in (y, f))
+        k = ctypes.c_double.from_address(ctx).value
+        f[:] = k*y[0]*(1 - y[1]), -y[1]*(1 - y[0])
+        return 0
+
+    k = np.array([1.25])
+    run = {"t_span": (0, 2), "y0": VOLTERRA, "h": 0.1}
+    plain = solve_ode(OdeSystem(2, volterra, matrix, args=(1.25,)), **run)
+    for system in (OdeSystem(2, compiled, jacobian, user_data=k),
+                   OdeSystem(2, dynstep.compiled(native, k), dynstep.compiled(jacobian, k))):
+        s = solve_ode(system, **run)
+        assert np.array_equal(s.y, plain.y) and np.array_equal(s.yp, plain.yp) and s.counts == plain.counts
+    assert np.array_equal(solve_ode(dynstep.compiled(compiled, k), **run).y, solve_ode(volterra, **run, args=1.25).y)
+    with pytest.raises(TypeError, match="rhs is compiled as"):
+        OdeSystem(2, numba.cfunc("float64(float64)")(lambda x: x))
+    assert dynstep.signature("rhs", "c") == "int rhs(int n, double t, const double *y, double *f, void *ctx)"
+
+
+# ---- Methods ----
+
+def test_methods_are_values():
+    assert BI() == BI(4) == BI((4, 4), 0.5) == BI.f_stable(4) != BI(3) and BI.f_stable(2) == BI(1)
+    assert [m.order for m in (BI(1), BI(2), BI(3), BI(4), BI(5), BI((4, 5), 0.44))] == [2, 2, 4, 4, 6, 4]
+    assert BI((4, 5), 0.44).orders == (4, 5) and BI(halves="fehlberg").orders is None
+    assert repr(BI((4, 5), 0.44)) == "BI(order=(4, 5), alpha=0.44)" and repr(Pade(3, 4)) == "Pade(p=3, q=4)"
+    assert repr(BI(halves="fehlberg", newton=Newton(9))) == (
+        "BI(alpha=0.5, halves='fehlberg', newton=Newton(limit=9, halvings=20, tolerance=0.0))")
+    for m in (BI((4, 5), 0.44), BI(halves="fehlberg"), Pade(2, 3), BIExtrapolation(3, 2), BIExtrapolation(2, 4, (1, 3))):
+        assert pickle.loads(pickle.dumps(m)) == m == eval(repr(m)) and hash(m) == hash(pickle.loads(pickle.dumps(m)))
+    assert Pade().order == 8 and Pade(2, 3).order == 5 and BIExtrapolation(3, 2).base == BI(1)
+    assert BI().stability_limit() == Pade(2, 4).stability_limit(0.1) == BI((4, 5), 0.44).stability_limit() == np.inf
+    assert BI(4, 1.0).stability_limit() == pytest.approx(np.sqrt(8)) and BI(1, 1.0).stability_limit() == 0
+    assert dynstep.stability_domain("bi").is_f_stable and dynstep.stability_domain(BI(5)).a_angle == pytest.approx(77.712, abs=1e-3)
+    assert dynstep.stability_function("pade", 1.0) == pytest.approx(np.e) and dynstep.stability_domain(Pade(3, 4)).is_l_stable
+    assert {"pade", "bi", "bi45", "bi-extrapolation"} <= set(dynstep.methods()) and "bi45" in str(dynstep.methods())
+
+
+@pytest.mark.parametrize("make, error, match", [
+    (lambda: BI.f_stable(6), ValueError, r"BI\(5, 5\), has poles in the left half-plane"),
+    (lambda: BI(0), ValueError, "order = 0"), (lambda: BI((4, 6)), ValueError, r"order\[1\] = 6"),
+    (lambda: BI((4,)), ValueError, "order must be"), (lambda: BI(4.0), TypeError, "order"),
+    (lambda: BI(4, 1.5), ValueError, "alpha = 1.5"), (lambda: BI(4, "x"), TypeError, "alpha"),
+    (lambda: BI(halves="euler"), ValueError, "halves must be one of"), (lambda: BI(4, halves="fehlberg"), ValueError, "order = 4"),
+    (lambda: BI(newton=3), TypeError, "newton"), (lambda: Pade(-1), ValueError, "p = -1"), (lambda: Pade(4, 9), ValueError, "q = 9"),
+    (lambda: Pade(0, 0), ValueError, "both be 0"), (lambda: Pade(2.0), TypeError, "p must be an integer"),
+    (lambda: BIExtrapolation(0), ValueError, "levels"), (lambda: BIExtrapolation(3, 3), ValueError, "order = 3 must be 2 or 4"),
+    (lambda: BIExtrapolation(3, 2, "none"), ValueError, "sequence"), (lambda: BI(5).stability_limit(0.1), ValueError, "not A-stable")])
+def test_options_out_of_range_are_named(make, error, match):
+    with pytest.raises(error, match=match):
+        make()
+
+
+def test_plot_of_unknowns():
+    plt = pytest.importorskip("matplotlib.pyplot")
+    s = solve_ode(volterra, (0, 1), VOLTERRA, h=0.1)
+    figure, axes = plt.subplots(2)
+    assert len(s.plot(ax=axes[0]).lines) == 2 and s.plot(0, of="yp", ax=axes[1]).get_ylabel() == "y'"
+    with pytest.raises(ValueError, match="of must be one of 'y', 'yp'"):
+        s.plot(of="q", ax=axes[0])
+    plt.close(figure)

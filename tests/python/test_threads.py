@@ -168,6 +168,7 @@ INTERRUPTED = {
             return 0
         system = dynstep.MechanicalSystem(5, force, velocity_free=True)""",
     "integrator": "system = dynstep.LinearSystem(np.ones(5), K=1.0)",
+    "first order": "system = dynstep.LinearOde(-np.ones(5))",
 }
 
 
@@ -176,8 +177,9 @@ INTERRUPTED = {
 def test_ctrl_c_within_a_second(kind):
     if kind == "compiled":
         pytest.importorskip("numba")
-    run = "dynstep.solve(system, (0, 1e9), np.ones(5), np.zeros(5), h=0.1, every=0)" if kind != "integrator" \
-        else "i = dynstep.Integrator(system); i.start(0, np.ones(5), np.zeros(5)); i.run(1e9, 0.1)"
+    run = {"integrator": "i = dynstep.Integrator(system); i.start(0, np.ones(5), np.zeros(5)); i.run(1e9, 0.1)",
+           "first order": "dynstep.solve_ode(system, (0, 1e9), np.ones(5), 'pade', h=0.1, every=0)"}.get(
+               kind, "dynstep.solve(system, (0, 1e9), np.ones(5), np.zeros(5), h=0.1, every=0)")
     code = f"""
 import signal, time
 import numpy as np, dynstep

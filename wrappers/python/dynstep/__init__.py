@@ -6,8 +6,9 @@
     >>> solution = dynstep.solve(system, (0, 10), 1.0, 0.0, h=0.1)
     >>> solution.plot()
 
-Systems: `LinearSystem`, `MechanicalSystem`, of first order `LinearOde`, `OdeSystem`.  Methods: `Newmark`, `Midpoint`, `NewmarkExtrapolation`,
-`MidpointExtrapolation`, `GeneralizedAlpha`, and for constraints `SOI2`, `HHT`; `methods()` shows their facts.
+Systems: `LinearSystem`, `MechanicalSystem`, of first order `LinearOde`, `OdeSystem`.  Methods: `Newmark`, `Midpoint`,
+`NewmarkExtrapolation`, `MidpointExtrapolation`, `GeneralizedAlpha`, `BI`, `BIExtrapolation`, `Pade`, and for constraints
+`SOI2`, `HHT`; `methods()` shows their facts.
 `solve` and `solve_ode` integrate over an interval, `Integrator` makes one step at a time.  `stability_domain`,
 `accuracy_domain`, `damping_frequency` look into a method.
 """
@@ -27,6 +28,7 @@ from ._mechanical import MechanicalSystem
 from ._method_table import methods
 from ._methods import MethodProperties, Midpoint, MidpointExtrapolation, Newmark, NewmarkExtrapolation, Newton
 from ._ode import LinearOde, OdeSystem
+from ._rational_methods import BI, BIExtrapolation, Pade
 from ._solution import OdeSolution, Solution
 from ._solve import solve
 from ._solve_ode import solve_ode
@@ -36,10 +38,10 @@ from ._stability import (AccuracyDomain, DampingFrequency, StabilityDomain, accu
 __version__ = ".".join(str(_version()//k % 100) for k in (10000, 100, 1))
 
 __all__ = [
-    "AccuracyDomain", "Banded", "CheckReport", "ConstraintDrift", "DampingFrequency", "GeneralizedAlpha", "HHT",
-    "IntegrationError", "Integrator", "LinearOde", "LinearSystem", "LoadTable", "MechanicalSystem",
-    "MethodProperties", "Midpoint", "MidpointExtrapolation", "Newmark", "NewmarkExtrapolation", "Newton",
-    "OdeSolution", "OdeSystem", "OutOfDomain", "SOI2", "Solution", "StabilityDomain", "StartCorrected",
-    "StartCorrection", "accuracy_domain", "alpha_windows", "banded", "check_system", "compiled",
-    "damping_frequency", "ground_motion", "methods", "read_at2", "signature", "solve", "solve_ode",
-    "spectral_radius", "stability_domain", "stability_function"]
+    "AccuracyDomain", "BI", "BIExtrapolation", "Banded", "CheckReport", "ConstraintDrift", "DampingFrequency",
+    "GeneralizedAlpha", "HHT", "IntegrationError", "Integrator", "LinearOde", "LinearSystem", "LoadTable",
+    "MechanicalSystem", "MethodProperties", "Midpoint", "MidpointExtrapolation", "Newmark", "NewmarkExtrapolation",
+    "Newton", "OdeSolution", "OdeSystem", "OutOfDomain", "Pade", "SOI2", "Solution", "StabilityDomain",
+    "StartCorrected", "StartCorrection", "accuracy_domain", "alpha_windows", "banded", "check_system", "compiled",
+    "damping_frequency", "ground_motion", "methods", "read_at2", "signature", "solve", "solve_ode", "spectral_radius",
+    "stability_domain", "stability_function"]

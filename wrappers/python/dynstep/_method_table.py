@@ -5,6 +5,7 @@ import math
 
 from ._alpha_methods import HHT, SOI2, GeneralizedAlpha
 from ._methods import Method, Midpoint, MidpointExtrapolation, Newmark, NewmarkExtrapolation
+from ._rational_methods import BI, BIExtrapolation, Pade
 
 _NAMED = {
     "newmark": Newmark(),
@@ -19,6 +20,10 @@ _NAMED = {
     "soi2": SOI2(),
     "hht-soi2": HHT(),
     "hht-i3": HHT(variant="index-3"),
+    "pade": Pade(),
+    "bi": BI(),
+    "bi45": BI((4, 5), 0.44),
+    "bi-extrapolation": BIExtrapolation(),
 }
 
 
@@ -46,12 +51,20 @@ class MethodTable(dict):
     def __str__(self):
         rows = [("method", "order", "of a", "of lam", "stages", "symmetric", "stable for omega*h", "source")]
         for name, p in self.items():
-            x = p.stability_limit if p.stability_limit is not None else _NAMED[name].stability_limit()
-            limit = "any" if x == math.inf else "none" if x == 0.0 else f"<= {x:.4g}"
+            limit = _limit(p.stability_limit, _NAMED[name])
             rows.append((name, str(p.order), str(p.acceleration_order), str(p.multiplier_order or "-"), str(p.stages),
                          "yes" if p.symmetric else "no", limit, p.source))
         widths = [max(map(len, column)) for column in zip(*rows)]
         return "\n".join("  ".join(x.ljust(w) for x, w in zip(row, widths)).rstrip() for row in rows)
+
+
+def _limit(limit, method):
+    if limit is None:
+        try:
+            limit = method.stability_limit()
+        except ValueError:
+            return "not known"
+    return "any" if limit == math.inf else "none" if limit == 0.0 else f"<= {limit:.4g}"
 
 
 def methods():

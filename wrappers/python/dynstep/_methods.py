@@ -191,8 +191,8 @@ class Midpoint(Method):
         return ((_core.dynstep_set_midpoint,), self._newton_setting())
 
 
-class _Extrapolation(Method):
-    """What the two extrapolations have in common: base, levels, sequence."""
+class Extrapolation(Method):
+    """What the extrapolations have in common: base, levels, sequence."""
 
     def _check_levels(self):
         set_fields(self, levels=integer("levels", self.levels, 1))
@@ -217,7 +217,7 @@ class _Extrapolation(Method):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class NewmarkExtrapolation(_Extrapolation):
+class NewmarkExtrapolation(Extrapolation):
     """Newmark's method, extrapolated to order 2*levels.
 
     Each step is made `levels` times, in more and more substeps, and the results are combined so that the
@@ -269,7 +269,7 @@ class NewmarkExtrapolation(_Extrapolation):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MidpointExtrapolation(_Extrapolation):
+class MidpointExtrapolation(Extrapolation):
     """The implicit midpoint rule, extrapolated to order 2*levels; see :class:`NewmarkExtrapolation`.
 
     Parameters

@@ -23,7 +23,7 @@ class OdeSystem:
         ``jacobian(t, y, *args)`` returns df/dy in the storage of `jacobian_kind`.  Default: differences.
     jacobian_kind : "dense", "diagonal" or (kl, ku)
         Structure of df/dy, also for differences, which cost kl + ku + 2 evaluations of f in a band; a tuple means a
-        band.  Shapes that a Python function returns: (n, n), (n,), or (kl + ku + 1, n) as for :func:`banded`.
+        band.  With entries outside of it the iteration of a step converges slowly, or not at all.  Shapes that a Python function returns: (n, n), (n,), or (kl + ku + 1, n) as for :func:`banded`.
     user_data : optional
         What compiled functions get as their context; see :func:`compiled`.
     args : tuple
@@ -33,7 +33,7 @@ class OdeSystem:
     -----
     Functions are Python functions or compiled ones, as for :class:`MechanicalSystem`; ``dynstep.signature("rhs")`` and
     ``dynstep.signature("jacobian")`` are the C signatures.  A Python function that raises :class:`OutOfDomain`, or
-    returns NaN, asks for a smaller correction.  The Jacobian decides how fast Newton's iteration
+    returns NaN, asks for a smaller correction.  The Jacobian decides how fast the iteration of a step
     converges, nothing else.
 
     Raises

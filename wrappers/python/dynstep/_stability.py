@@ -15,6 +15,7 @@ from ._handle import Handle
 from ._method_table import as_method
 from ._methods import Midpoint, Newmark
 from ._plot import plot_accuracy, plot_damping, plot_domain
+from ._rational_methods import BI, Pade
 
 _TAYLOR, _FEHLBERG, _PADE = 1, 2, 3
 _PROPERTIES = {"i-stable": 1, "a-stable": 2, "f-stable": 3, "l-stable": 4}
@@ -315,6 +316,11 @@ def _family(method):
     """(family, p, q, alpha) of a method object that has R(z)."""
     if isinstance(method, Midpoint) or isinstance(method, Newmark) and (method.beta, method.gamma) == (0.25, 0.5):
         return _PADE, 1, 1, 0.0
+    if isinstance(method, Pade):
+        return _PADE, method.p, method.q, 0.0
+    if isinstance(method, BI):
+        family, orders = (_FEHLBERG, (0, 0)) if method.orders is None else (_TAYLOR, method.orders)
+        return family, *orders, method.alpha
     return None
 
 
