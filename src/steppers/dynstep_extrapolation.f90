@@ -4,7 +4,8 @@
 !> A base step of length h is made with n(1) < n(2) < ... < n(P) substeps of a symmetric
 !> method.  The errors of the results have expansions in even powers of h/n(j), eq. (13), so
 !> the table of eq. (19) - for any sequence: Neville's table in (h/n)^2 - removes P - 1 of
-!> them: order 2P.  Accelerations follow by back-substitution, step [1d].
+!> them: order 2P.  Over a base of an even order r the terms start with h^r: order r + 2(P - 1).
+!> Accelerations follow by back-substitution, step [1d].
 !>
 !> PROGRAMMING INTERFACE
 !>
@@ -43,6 +44,7 @@ module dynstep_extrapolation
       integer :: sequence = sequence_harmonic     !! see dynstep_sequences
       integer :: levels = 4                       !! P, 1 .. 12; the order is 2 P
       integer, allocatable :: custom(:)           !! numbers of sequence_custom
+      integer, private :: base_order = 2                ! r: the errors of the base have h^r, h^(r+2), ...
       integer, allocatable, private :: numbers(:)       ! substeps of each level [levels]
       real(wp), allocatable, private :: weights(:)      ! of the result [levels]
       real(wp), allocatable, private :: weights_error(:)! of result - T(P, P-1) [levels]
@@ -82,9 +84,9 @@ contains
       end if
       call substep_numbers(self%sequence, self%levels, self%custom, numbers, status)
       if (status%failed()) return
-      facts%order = 2*self%levels
+      facts%order = max(2, facts%order) + 2*(self%levels - 1)
       facts%acceleration_order = facts%order
-      facts%error_order = merge(2*self%levels - 2, 0, self%levels > 1)
+      facts%error_order = merge(facts%order - 2, 0, self%levels > 1)
       facts%stages = sum(numbers)*facts%stages
       facts%symmetric = .false.
       if (self%levels > 1) facts%stability_limit = -1.0_wp
@@ -102,9 +104,11 @@ contains
       call check_base(self, status)
       call substep_numbers(self%sequence, self%levels, self%custom, self%numbers, status)
       if (status%failed()) return
-      self%weights = extrapolation_weights(self%numbers)
+      self%base_order = order_of_base(self)
+      self%weights = extrapolation_weights(self%numbers, self%base_order)
       self%weights_error = self%weights
-      if (self%levels > 1) self%weights_error(2:) = self%weights(2:) - extrapolation_weights(self%numbers(2:))
+      if (self%levels > 1) &
+         & self%weights_error(2:) = self%weights(2:) - extrapolation_weights(self%numbers(2:), self%base_order)
       if (allocated(self%level)) deallocate (self%level, self%increments, self%y0)
       allocate (self%level(self%levels), self%increments(sys%state_size(), self%levels), &
          & self%y0(sys%state_size()), stat=stat)
@@ -126,6 +130,14 @@ contains
       self%base_reads_a = self%level(1)%stepper%needs_acceleration()
       call self%note_init(sys)
    end subroutine extrapolation_init
+
+   !> Of the leading term of its error
+   integer function order_of_base(self)
+      class(extrapolation_stepper), intent(in) :: self
+      type(method_properties) :: facts
+      facts = self%base%properties()
+      order_of_base = max(2, facts%order)
+   end function order_of_base
 
    !> The expansion in even powers, eq. (13), is that of a symmetric method
    recursive subroutine check_base(self, status)
@@ -318,27 +330,48 @@ contains
    end function extrapolation_needs_acceleration
 
    !> The table of the last step (Table [1] of the paper): table(:, j, k) is the state of row
-   !> j, column k <= j, of order 2k; entries above the diagonal are zero
+   !> j, column k <= j, of order r + 2(k - 1); entries above the diagonal are zero
    recursive subroutine extrapolation_get_tableau(self, table, numbers)
       class(extrapolation_stepper), intent(in) :: self
       real(wp), allocatable, intent(out) :: table(:, :, :)     !! [state_size, levels, levels]
       integer, allocatable, intent(out) :: numbers(:)          !! substeps of the rows [levels]
-      real(wp) :: ratio
-      integer :: j, k
+      integer :: i, j, k
 
       allocate (table(size(self%y0), self%levels, self%levels), source=0.0_wp)
       numbers = self%numbers
-      table(:, :, 1) = self%increments
-      do k = 2, self%levels
-         do j = k, self%levels
-            ratio = (real(numbers(j), wp)/real(numbers(j - k + 1), wp))**2 - 1.0_wp
-            table(:, j, k) = table(:, j, k - 1) + (table(:, j, k - 1) - table(:, j - 1, k - 1))/ratio
+      if (self%base_order == 2) then
+         call neville(numbers, self%increments, table)
+      else
+         do k = 1, self%levels
+            do j = k, self%levels
+               associate (w => extrapolation_weights(numbers(j - k + 1:j), self%base_order))
+                  do i = 1, k
+                     table(:, j, k) = table(:, j, k) + w(i)*self%increments(:, j - k + i)
+                  end do
+               end associate
+            end do
          end do
-      end do
+      end if
       do k = 1, self%levels
          do j = k, self%levels
             table(:, j, k) = self%y0 + table(:, j, k)
          end do
       end do
    end subroutine extrapolation_get_tableau
+
+   !> Eq. (19) for any numbers of substeps
+   pure subroutine neville(numbers, increments, table)
+      integer, intent(in) :: numbers(:)
+      real(wp), intent(in) :: increments(:, :)
+      real(wp), intent(inout) :: table(:, :, :)
+      real(wp) :: ratio
+      integer :: j, k
+      table(:, :, 1) = increments
+      do k = 2, size(numbers)
+         do j = k, size(numbers)
+            ratio = (real(numbers(j), wp)/real(numbers(j - k + 1), wp))**2 - 1.0_wp
+            table(:, j, k) = table(:, j, k - 1) + (table(:, j, k - 1) - table(:, j - 1, k - 1))/ratio
+         end do
+      end do
+   end subroutine neville
 end module dynstep_extrapolation

@@ -90,9 +90,11 @@ contains
 
    !> Weights w of the column sums that the Neville table of even powers ends in:
    !> result = sum of w(j) u(j), w(j) = product over i /= j of n(j)^2/(n(j)^2 - n(i)^2).
-   !> Equation (19) of the paper for Romberg's numbers, this for any.
-   pure function extrapolation_weights(numbers) result(weights)
+   !> Equation (19) of the paper for Romberg's numbers, this for any.  Where the errors of the base begin with h^r,
+   !> the powers to be removed are n^-r, n^-(r+2), ...: the same weights times n^(r-2), scaled to a sum of 1.
+   pure function extrapolation_weights(numbers, base_order) result(weights)
       integer, intent(in) :: numbers(:)
+      integer, intent(in), optional :: base_order        !! r, even; default 2
       real(wp) :: weights(size(numbers))
       integer :: i, j
       weights = 1.0_wp
@@ -101,6 +103,10 @@ contains
             if (i /= j) weights(j) = weights(j)*(real(numbers(j)**2, wp)/real(numbers(j)**2 - numbers(i)**2, wp))
          end do
       end do
+      if (.not. present(base_order)) return
+      if (base_order <= 2) return
+      weights = weights*(real(numbers, wp)/real(maxval(numbers), wp))**(base_order - 2)
+      weights = weights/sum(weights)
    end function extrapolation_weights
 
    pure function sequence_name(sequence) result(name)
