@@ -11,7 +11,8 @@
 !> for any h: the velocity alone would lose damped positions at large steps, the position alone velocities at small
 !> ones.  No power of hA is formed, and M is not inverted (but for explicit factors, where p > q).
 !>
-!> Systems of up to `most_dense` unknowns in the state get the matrix of a step, y1 = y + D y + G p, when a step length
+!> Chains, symmetric and at most pentadiagonal, have kernels of their own (dynstep_rational_chain); other matrices, and
+!> chains whose pivots want interchanges, go through LAPACK.  Systems of up to `most_dense` unknowns in the state get the matrix of a step, y1 = y + D y + G p, when a step length
 !> is used for the third time: made from the stages in product form, column by column.
 !>
 !> PROGRAMMING INTERFACE
@@ -29,6 +30,7 @@ module dynstep_rational_engine
    use dynstep_ode_system, only: ode_system
    use dynstep_pole_stages, only: form_product, pole_stages_type
    use dynstep_rational, only: rational_type
+   use dynstep_rational_chain, only: rational_chain, serves
    use dynstep_shifted_systems, only: shifted_systems_type
    use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, status_type
    use dynstep_stepper, only: step_counters
@@ -44,6 +46,8 @@ module dynstep_rational_engine
       type(pole_stages_type), allocatable, private :: product   ! product form, for the matrix of a step; allocatable,
                                                            ! since gfortran 12 frees one component of a type alone
       type(shifted_systems_type), private :: systems
+      type(rational_chain), allocatable, private :: chain  ! where its kernels serve
+      logical, private :: on_chain = .false.               ! and do so for this h
       type(factorization_type), private :: mass            ! where explicit factors need M^-1
       logical, private :: second = .false.                 ! second order: a linear_system
       logical, private :: has_load = .false.
@@ -110,23 +114,47 @@ contains
       class is (linear_system)
          self%second = .true.
          self%has_load = sys%load_kind /= load_none
-         call self%systems%init_second(sys%m, sys%c, sys%k, max(1, self%stages%poles), status)
+         if (allocated(self%chain)) deallocate (self%chain)
+         if (size > most_dense .and. serves(sys, self%stages)) then
+            allocate (self%chain)
+            call self%chain%init(sys, self%stages, status)
+         else
+            call make_systems(self, sys, status)
+         end if
          call self%mass%init(sys%m%kind, sys%n, sys%m%kl, sys%m%ku, sys%m%symmetric, status)
       class is (linear_ode)
          self%second = .false.
          self%has_load = sys%source_kind /= load_none
-         call self%systems%init_first(sys%a, max(1, self%stages%poles), status)
+         call make_systems(self, sys, status)
       class default
          call status%set(dynstep_invalid_input, 'the system is not linear')
       end select
       if (status%failed()) return
-      if (allocated(self%loads)) deallocate (self%loads, self%x, self%pj, self%y, self%d, self%products)
+      if (allocated(self%loads)) deallocate (self%loads, self%y, self%d, self%products)
       if (allocated(self%dense)) deallocate (self%dense)
-      allocate (self%loads(self%n, nodes), self%x(self%n, merge(2, 1, self%second)), self%pj(self%n), self%y(size), &
-         & self%d(size), self%products(self%n, 4), stat=stat)
+      allocate (self%loads(self%n, nodes), self%y(size), self%d(size), self%products(self%n, 4), stat=stat)
       if (stat == 0 .and. size <= most_dense) allocate (self%dense(size, size + self%n*nodes), stat=stat)
       if (stat /= 0) call status%set(dynstep_no_memory, 'no memory for a step of '//text(self%n)//' unknowns')
    end subroutine engine_init
+
+   !> Room for the way through LAPACK; a chain asks for it when its own kernels cannot factorize
+   recursive subroutine make_systems(self, sys, status)
+      class(rational_engine), intent(inout) :: self
+      class(ode_system), intent(in) :: sys
+      type(status_type), intent(inout) :: status
+      integer :: stat
+      if (status%failed()) return
+      select type (sys)
+      class is (linear_system)
+         call self%systems%init_second(sys%m, sys%c, sys%k, max(1, self%stages%poles), status)
+      class is (linear_ode)
+         call self%systems%init_first(sys%a, max(1, self%stages%poles), status)
+      end select
+      if (status%failed()) return
+      if (allocated(self%x)) deallocate (self%x, self%pj)
+      allocate (self%x(sys%n, merge(2, 1, self%second)), self%pj(sys%n), stat=stat)
+      if (stat /= 0) call status%set(dynstep_no_memory, 'no memory for a step of '//text(sys%n)//' unknowns')
+   end subroutine make_systems
 
    !> Matrices and loads may have changed
    pure subroutine engine_forget(self)
@@ -136,6 +164,7 @@ contains
       self%mass_known = .false.
       self%load_known = .false.
       self%dense_known = .false.
+      self%on_chain = .false.
    end subroutine engine_forget
 
    !> One step of length h from t to t1 = t + h up to rounding: dy = R(hA) y - y + forcing
@@ -309,6 +338,7 @@ contains
       real(wp), intent(in) :: t, h
       type(step_counters), intent(inout) :: count
       type(status_type), intent(inout) :: status
+      integer :: trouble
       if (size(stages%factor) > 0 .and. .not. self%mass_known) then
          call self%mass%factorize(sys%m, status, t, 'mass matrix')
          count%factorizations = count%factorizations + 1
@@ -317,6 +347,18 @@ contains
       if (status%failed() .or. stages%poles == 0) return
       if (.not. abs(h - self%h) > 0.0_wp .and. (of_product .eqv. self%of_product)) return
       self%h = 0.0_wp
+      self%of_product = of_product
+      if (allocated(self%chain)) then
+         call self%chain%factorize(sys, stages, h, trouble)
+         count%factorizations = count%factorizations + stages%poles
+         self%on_chain = trouble == 0
+         if (self%on_chain) then
+            self%h = h
+            return
+         end if
+         if (.not. allocated(self%x)) call make_systems(self, sys, status)
+      end if
+      if (status%failed()) return
       if (sys%structure%is_coupled) then
          call self%systems%factorize_second(sys%m, sys%c, sys%k, h, stages%pole, status, t, sys%coupling%b, &
             & sys%coupling%k, sys%coupling%c)
@@ -324,9 +366,7 @@ contains
          call self%systems%factorize_second(sys%m, sys%c, sys%k, h, stages%pole, status, t)
       end if
       count%factorizations = count%factorizations + stages%poles
-      if (status%failed()) return
-      self%h = h
-      self%of_product = of_product
+      if (.not. status%failed()) self%h = h
    end subroutine prepare_second
 
    recursive subroutine prepare_first(self, stages, of_product, sys, t, h, count, status)
@@ -357,6 +397,12 @@ contains
       type(step_counters), intent(inout) :: count
       complex(wp) :: p
       integer :: i, j
+      if (self%on_chain) then
+         call self%chain%stage(sys, stages, k, self%loads, self%y(:self%n), self%y(self%n + 1:), self%d(:self%n), &
+            & self%d(self%n + 1:))
+         count%solves = count%solves + 2*stages%stage(k)%count
+         return
+      end if
       associate (n => self%n, stage => stages%stage(k), kq => self%products(:, 1), kv => self%products(:, 2), &
          & mv => self%products(:, 3), cv => self%products(:, 4), d => self%d)
          call multiply(sys, n, self%y(:n), self%y(n + 1:), kq, kv, mv, cv)
