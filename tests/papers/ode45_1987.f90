@@ -29,10 +29,10 @@ contains
       real(wp), allocatable, intent(out) :: t(:), y(:, :)    !! all points, the start with them
       integer, intent(out) :: rejected, evaluations
       integer, parameter :: most = 20000
-      real(wp), allocatable :: points(:, :)
-      real(wp) :: f(size(y0), 6), now(size(y0)), time(0:most), h, delta, tau
+      real(wp), allocatable :: points(:, :), time(:)
+      real(wp) :: f(size(y0), 6), now(size(y0)), h, delta, tau
       integer :: count, ierr, j
-      allocate (points(size(y0), 0:most))
+      allocate (points(size(y0), 0:most), time(0:most))
       count = 0
       rejected = 0
       evaluations = 0
