@@ -25,3 +25,10 @@ def test_the_example_of_solve():
     example = doctest.DocTestParser().get_doctest(dynstep.solve.__doc__, {"dynstep": dynstep}, "solve", None, 0)
     assert len(example.examples) == 3
     assert doctest.DocTestRunner(verbose=False).run(example).failed == 0
+
+
+@pytest.mark.parametrize("function", [dynstep.stability_domain, dynstep.alpha_windows])
+def test_the_examples_of_stability(function):
+    example = doctest.DocTestParser().get_doctest(function.__doc__, {"dynstep": dynstep}, function.__name__, None, 0)
+    assert len(example.examples) > 0
+    assert doctest.DocTestRunner(verbose=False).run(example).failed == 0

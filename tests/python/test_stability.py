@@ -38,6 +38,27 @@ def test_facts_of_a_circle():
     assert domain.poles == pytest.approx([1.0]) and domain.zeros.size == 0
 
 
+@pytest.mark.parametrize("method, coefficients", [
+    (dynstep.BI((4, 5), 0.47), taylor(4, 5, 0.47)), (dynstep.BI(3, 0.2), taylor(3, 3, 0.2)),
+    ("bi", taylor(4, 4, 0.5)), (dynstep.Pade(0, 2), (np.array([1.0]), np.array([1.0, -1.0, 0.5])))])
+def test_methods_by_name(method, coefficients):
+    z = np.array([0.3j, -2.0 + 5.0j, 40.0])
+    assert dynstep.stability_function(method, z) == pytest.approx(dynstep.stability_function(coefficients, z), rel=1e-13)
+    named, given = dynstep.stability_domain(method), dynstep.stability_domain(coefficients)
+    assert named.a_angle == pytest.approx(given.a_angle, abs=1e-9) and named.is_l_stable == given.is_l_stable
+    # what the real step does, on a linear system
+    handle = dynstep._handle.Handle(1)
+    dynstep._method_table.as_method(method)._install(handle)
+    radii = handle.call(dynstep._core.dynstep_spectral_radii, np.array([0.3j, -2.0 + 5.0j]).view(float))[1]
+    assert radii == pytest.approx(abs(dynstep.stability_function(method, [0.3j, -2.0 + 5.0j])), rel=1e-12)
+
+
+def test_fehlberg_halves():
+    domain = dynstep.stability_domain(dynstep.BI(halves="fehlberg", alpha=0.47))
+    assert domain.a_angle == pytest.approx(79.628984971966, abs=1e-9) and domain.r_infinity == pytest.approx(0.48633, abs=1e-5)
+    assert len(domain.poles) == 6
+
+
 @pytest.mark.parametrize("method", [dynstep.Midpoint(), "newmark"])
 def test_methods_that_are_rational(method):
     domain = dynstep.stability_domain(method)
@@ -98,7 +119,7 @@ def test_refusals():
 
 def test_plots():
     plt = pytest.importorskip("matplotlib.pyplot")
-    ax = dynstep.stability_domain(taylor(4, 5, 0.47)).plot()
+    ax = dynstep.stability_domain(dynstep.BI(order=(4, 5), alpha=0.47)).plot()
     assert len(ax.lines) >= 3
     plt.close("all")
     dynstep.stability_domain(dynstep.GeneralizedAlpha(), rays=5).plot(plt.figure().gca(), extent=(-5, 5, -5, 5))

@@ -6,7 +6,6 @@ usage: xie_figures.py [FOLDER]      with dynstep and matplotlib; writes PNG file
 """
 import pathlib
 import sys
-from math import factorial
 
 import matplotlib
 import numpy as np
@@ -22,9 +21,7 @@ ANGLES = (0.0, 15.0, 45.0, 75.0, 90.0)
 
 
 def bi(p, q, alpha):
-    """Coefficients of P_p(alpha z)/P_q(-(1 - alpha) z)."""
-    return (np.array([alpha**k/factorial(k) for k in range(p + 1)]),
-            np.array([(alpha - 1)**k/factorial(k) for k in range(q + 1)]))
+    return dynstep.BI((p, q), alpha)
 
 
 def domains(p, numbers):
