@@ -132,7 +132,7 @@ contains
    end subroutine extrapolation_init
 
    !> Of the leading term of its error
-   integer function order_of_base(self)
+   recursive integer function order_of_base(self)
       class(extrapolation_stepper), intent(in) :: self
       type(method_properties) :: facts
       facts = self%base%properties()
