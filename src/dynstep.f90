@@ -35,7 +35,7 @@ module dynstep
    use dynstep_newmark, only: newmark_stepper
    use dynstep_ode_system, only: ode_system
    use dynstep_pade, only: pade_stepper
-   use dynstep_pole_stages, only: form_automatic, form_parallel, form_product
+   use dynstep_pole_stages, only: form_automatic, form_parallel, form_product, form_refined
    use dynstep_rational, only: fehlberg_rational, pade_rational, rational_of, rational_type, taylor_rational
    use dynstep_oscillator, only: free_oscillator, loaded_oscillator
    use dynstep_rod_chain, only: rod_chain

@@ -31,6 +31,7 @@ module dynstep_pole_stages
    integer, parameter, public :: form_automatic = 0
    integer, parameter, public :: form_parallel = 1
    integer, parameter, public :: form_product = 2
+   integer, parameter, public :: form_refined = 3     !! product form, each solve corrected by its residual
 
    !> Poles of which one stands for a pair of conjugates
    type, public :: stage_type
@@ -39,6 +40,7 @@ module dynstep_pole_stages
       complex(wp), allocatable :: pole(:)             !! [count], Im >= 0
       complex(wp), allocatable :: tau(:)              !! weights [count]
       real(wp), allocatable :: w(:)                   !! 2 for a pair, 1 for a real pole [count]
+      logical :: is_mirrored = .false.                !! one pole or pair p, and the zeros -conjg(p)
       complex(wp), allocatable :: omega(:, :)         !! of the source [nodes, count]
    end type stage_type
 
@@ -51,6 +53,7 @@ module dynstep_pole_stages
 
    type, public :: pole_stages_type
       integer :: poles = 0                            !! of all stages
+      logical :: is_refined = .false.                 !! form_refined
       type(stage_type), allocatable :: stage(:)
       type(explicit_factor_type), allocatable :: factor(:)   !! after the stages
       real(wp), allocatable :: nodes(:)               !! c, from 0 to 1 [max(2, order)]
@@ -63,6 +66,10 @@ module dynstep_pole_stages
    !> what is added grow: 7 for Pade(2,2), 76 for (4,4), 14 for Taylor (4,5), 29 for the Fehlberg halves, 900 for Pade(6,6),
    !> 1.1e4 for (8,8); in product form 14 for (4,4) and 26 for (8,8).
    real(wp), parameter :: most_cancellation = 100.0_wp
+
+   !> A zero this many times nearer to 0 than the pole is left to an explicit factor, as with alpha next to 1: together they would
+   !> lose the square of this
+   real(wp), parameter :: most_distance = 1.0e3_wp
 
    !> Zeros of N or D that stay together: a pair, or a real one
    type :: group_type
@@ -82,21 +89,24 @@ contains
    pure subroutine stages_set(self, r, form, status)
       class(pole_stages_type), intent(inout) :: self
       type(rational_type), intent(in) :: r
-      integer, intent(in) :: form                     !! form_automatic, form_parallel or form_product
+      integer, intent(in) :: form                     !! form_automatic, form_parallel, form_product or form_refined
       type(status_type), intent(inout) :: status
       integer :: k
       if (status%failed()) return
-      if (form < form_automatic .or. form > form_product) then
-         call status%set(dynstep_invalid_input, 'form = '//text(form)//' is none of automatic (0), parallel (1), product (2)')
+      if (form < form_automatic .or. form > form_refined) then
+         call status%set(dynstep_invalid_input, 'form = '//text(form)//' is none of automatic (0), parallel (1), product (2), ' &
+            & //'refined (3)')
          return
       else if (form == form_parallel .and. r%p > r%q) then
          call status%set(dynstep_invalid_input, 'a numerator of degree '//text(r%p)//' over '//text(r%q) &
             & //' has no partial fractions: choose the product form')
          return
       end if
-      if (form /= form_product .and. r%p <= r%q) then
+      self%is_refined = form == form_refined
+      if (form <= form_parallel .and. r%p <= r%q) then
          call set_parallel(self, r)
-         if (form == form_automatic .and. cancellation(self%stage) > most_cancellation) call set_product(self, r)
+         ! not <=: the weights of a double pole are not numbers
+         if (form == form_automatic .and. .not. cancellation(self%stage) <= most_cancellation) call set_product(self, r)
       else
          call set_product(self, r)
       end if
@@ -161,11 +171,13 @@ contains
       do j = 1, count
          self%stage(j) = new_stage(poles(j:j))
          room = poles(j)%size
+         self%stage(j)%is_mirrored = .false.
          ratio = (1.0_wp, 0.0_wp)
          do
             i = best_zero(zeros(:zero_count), is_taken, -conjg(poles(j)%z), room)
             if (i == 0) exit
             is_taken(i) = .true.
+            if (zeros(i)%size == poles(j)%size) self%stage(j)%is_mirrored = .not. abs(zeros(i)%z + conjg(poles(j)%z)) > 0.0_wp
             room = room - zeros(i)%size
             ratio = ratio*(1.0_wp - poles(j)%z/zeros(i)%z)
             if (zeros(i)%size == 2) ratio = ratio*(1.0_wp - poles(j)%z/conjg(zeros(i)%z))
@@ -199,6 +211,7 @@ contains
       do wanted = room, 1, -1
          do i = 1, size(zeros)
             if (is_taken(i) .or. zeros(i)%size /= wanted) cycle
+            if (abs(point) > most_distance*abs(zeros(i)%z)) cycle
             if (best_zero == 0) then
                best_zero = i
             else if (abs(zeros(i)%z - point) < abs(zeros(best_zero)%z - point)) then

@@ -29,6 +29,9 @@ module dynstep_rational
    integer, parameter, public :: most_pade = 8        !! highest p and q of pade_rational
    integer, parameter, public :: most_degree = 16     !! of rational_of
 
+   !> Below it alpha is taken for 0: N = 1 wherever z is a number, and its zeros might not be
+   real(wp), parameter :: least_alpha = sqrt(tiny(1.0_wp))
+
    type, public :: rational_type
       integer :: p = 0                                !! degree of N
       integer :: q = 0                                !! degree of D
@@ -98,7 +101,8 @@ contains
       do k = 0, size(backward) - 1
          r%den(k) = backward(k)*(alpha - 1.0_wp)**k
       end do
-      r%p = merge(size(forward) - 1, 0, alpha > 0.0_wp)
+      r%p = merge(size(forward) - 1, 0, alpha > least_alpha)
+      r%num(r%p + 1:) = 0.0_wp
       r%q = merge(size(backward) - 1, 0, alpha < 1.0_wp)
       call zeros_of(forward, w, status)
       r%zeros = w(:r%p)

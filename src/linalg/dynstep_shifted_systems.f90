@@ -10,7 +10,7 @@
 !> PROGRAMMING INTERFACE
 !>
 !>   call s%init_first(a, most, status)                  structure of A; room for `most` poles
-!>   call s%init_second(m, c, k, most, status)           structures of M, C, K
+!>   call s%init_second(m, c, k, most, status, coupled)  structures of M, C, K
 !>   call s%factorize_first(a, h, poles, status, t)
 !>   call s%factorize_second(m, c, k, h, poles, status, t, [b, k, c of a coupling])
 !>   call s%solve(j, x)                                  x = S_j^-1 x, x(n) or x(n, columns)
@@ -39,7 +39,7 @@ module dynstep_shifted_systems
       integer, allocatable, private :: order(:, :)         ! row interchanges [n, most]
       real(wp), allocatable, private :: scales(:, :)       ! of rows [n, most]
       logical, private :: coupled = .false.
-      complex(wp), allocatable, private :: w(:, :)         ! S^-1 b [n, most]
+      complex(wp), allocatable, private :: w(:, :)         ! S^-1 b [n, most], where coupled
       complex(wp), allocatable, private :: gain(:, :)      ! g = h^2 k + p h c, over 1 + g.w [n, most]
       complex(wp), allocatable, private :: x(:), sx(:)     ! for the search for a null vector [n]
       real(wp), allocatable, private :: sizes(:)           ! of the terms of S x [n]
@@ -64,24 +64,26 @@ contains
       type(matrix_type), intent(in) :: a             !! its structure is read
       integer, intent(in) :: most                    !! poles, >= 1
       type(status_type), intent(inout) :: status
-      call make_room(self, a%n, max(kind_diagonal, a%kind), a%kl, a%ku, most, status)
+      call make_room(self, a%n, max(kind_diagonal, a%kind), a%kl, a%ku, most, .false., status)
    end subroutine shifted_init_first
 
    !> Room for S = p^2 M + p h C + h^2 K
-   pure subroutine shifted_init_second(self, m, c, k, most, status)
+   pure subroutine shifted_init_second(self, m, c, k, most, status, coupled)
       class(shifted_systems_type), intent(inout) :: self
       type(matrix_type), intent(in) :: m, c, k       !! their structures are read
       integer, intent(in) :: most
       type(status_type), intent(inout) :: status
+      logical, intent(in) :: coupled                 !! a coupling will come
       call make_room(self, m%n, max(kind_diagonal, m%kind, c%kind, k%kind), max(m%kl, c%kl, k%kl), &
-         & max(m%ku, c%ku, k%ku), most, status)
+         & max(m%ku, c%ku, k%ku), most, coupled, status)
    end subroutine shifted_init_second
 
-   pure subroutine make_room(self, n, kind, kl, ku, most, status)
+   pure subroutine make_room(self, n, kind, kl, ku, most, coupled, status)
       class(shifted_systems_type), intent(inout) :: self
       integer, intent(in) :: n, kind, kl, ku, most
+      logical, intent(in) :: coupled
       type(status_type), intent(inout) :: status
-      integer :: rows, stat
+      integer :: rows, columns, stat
       if (status%failed()) return
       self%n = n
       self%count = 0
@@ -95,8 +97,9 @@ contains
       rows = 1
       if (self%kind == kind_banded) rows = 2*kl + ku + 1
       if (self%kind == kind_dense) rows = n
+      columns = merge(most, 0, coupled)
       if (allocated(self%lu)) deallocate (self%lu, self%order, self%scales, self%w, self%gain, self%x, self%sx, self%sizes)
-      allocate (self%lu(rows, n, most), self%order(n, most), self%scales(n, most), self%w(n, most), self%gain(n, most), &
+      allocate (self%lu(rows, n, most), self%order(n, most), self%scales(n, most), self%w(n, columns), self%gain(n, columns), &
          & self%x(n), self%sx(n), self%sizes(n), stat=stat)
       if (stat /= 0) call status%set(dynstep_no_memory, 'no memory for the factors of '//text(most)//' complex matrices of ' &
          & //'order '//text(n)//'; give bands where the problem has them')
@@ -117,6 +120,7 @@ contains
       self%count = size(poles)
       do j = 1, size(poles)
          self%lu(:, :, j) = (0.0_wp, 0.0_wp)
+         self%sizes = abs(poles(j))
          call add_matrix(self, j, cmplx(h, 0.0_wp, wp), a)
          do i = 1, self%n
             call add_entry(self, i, i, j, -poles(j)*one)
@@ -152,6 +156,7 @@ contains
          of_m = poles(j)**2
          of_c = poles(j)*h
          self%lu(:, :, j) = (0.0_wp, 0.0_wp)
+         self%sizes = 0.0_wp
          call add_matrix(self, j, of_m, m)
          call add_matrix(self, j, of_c, c)
          call add_matrix(self, j, of_k, k)
@@ -182,7 +187,7 @@ contains
       self%coupled = .true.
    end subroutine shifted_factorize_second
 
-   !> S_j = S_j + factor*matrix
+   !> S_j = S_j + factor*matrix; sizes = the largest term in each row
    pure subroutine add_matrix(self, j, factor, matrix)
       class(shifted_systems_type), intent(inout) :: self
       integer, intent(in) :: j
@@ -196,13 +201,18 @@ contains
          do column = 1, self%n
             do row = max(1, column - matrix%ku), min(self%n, column + matrix%kl)
                call add_entry(self, row, column, j, factor*matrix%a(matrix%ku + 1 + row - column, column))
+               self%sizes(row) = max(self%sizes(row), abs(factor)*abs(matrix%a(matrix%ku + 1 + row - column, column)))
             end do
          end do
       case (kind_dense)
          self%lu(:, :, j) = self%lu(:, :, j) + factor*matrix%a
+         do column = 1, self%n
+            self%sizes = max(self%sizes, abs(factor)*abs(matrix%a(:, column)))
+         end do
       case default
          do row = 1, self%n
             call add_entry(self, row, row, j, factor*matrix%entry(row, row))
+            self%sizes(row) = max(self%sizes(row), abs(factor)*abs(matrix%entry(row, row)))
          end do
       end select
    end subroutine add_matrix
@@ -295,12 +305,13 @@ contains
       end select
    end function row_of
 
-   !> Size of the smallest pivot; the rows of the matrix have entries between 1/2 and 1
+   !> Size of the smallest pivot, where the rows of the matrix have entries between 1/2 and 1, or of what is left of the
+   !> terms of a row
    pure real(wp) function weakest_pivot(self, j)
       class(shifted_systems_type), intent(in) :: self
       integer, intent(in) :: j
       integer :: i
-      weakest_pivot = huge(1.0_wp)
+      weakest_pivot = 1.0_wp/maxval(self%sizes*self%scales(:, j))
       if (self%kind == kind_diagonal) return
       do i = 1, self%n
          weakest_pivot = min(weakest_pivot, abs(self%lu(merge(self%diagonal, i, self%kind == kind_banded), i, j)))

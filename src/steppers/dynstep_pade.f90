@@ -11,6 +11,8 @@
 !>     stepper%q = 4
 !>     stepper%form = form_product   ! see dynstep_pole_stages; default: automatic
 !>
+!>   form_refined is for very long runs without damping: twice the work, and an energy without a linear drift.
+!>
 !> Steps linear_system and linear_ode, the forcing to full order, also where they are stiff.
 module dynstep_pade
    use dynstep_kinds, only: wp
@@ -26,7 +28,7 @@ module dynstep_pade
    type, extends(rational_stepper), public :: pade_stepper
       integer :: p = 4                           !! degree of the numerator, 0 .. 8
       integer :: q = 4                           !! degree of the denominator, 0 .. 8
-      integer :: form = form_automatic           !! form_automatic, form_parallel or form_product
+      integer :: form = form_automatic           !! form_automatic, form_parallel, form_product or form_refined
    contains
       procedure :: properties => pade_properties
       procedure :: init => pade_init

@@ -97,7 +97,7 @@ contains
             call self%k%init(s%tangent, sys%n, s%kl, s%ku, s%tangent_is_symmetric, status)
             call self%c%init(merge(kind_zero, s%tangent, s%velocity_free), sys%n, s%kl, s%ku, s%tangent_is_symmetric, status)
          end associate
-         call self%systems%init_second(self%m, self%c, self%k, size(self%poles), status)
+         call self%systems%init_second(self%m, self%c, self%k, size(self%poles), status, sys%structure%is_coupled)
          if (sys%structure%is_coupled) allocate (self%gain_b(sys%n), self%gain_k(sys%n), self%gain_c(sys%n))
       class default
          self%is_mechanical = .false.

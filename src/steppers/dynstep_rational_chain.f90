@@ -13,6 +13,7 @@
 !> PROGRAMMING INTERFACE
 !>
 !>   call chain%init(sys, stages, status)              allocates; `serves` tells beforehand whether
+!>   call chain%note_load(sys, stages, status)         where the system may have got one since
 !>   call chain%factorize(sys, stages, h, trouble)     trouble > 0: this pole wants interchanges of rows
 !>   call chain%stage(sys, stages, k, loads, q, v, dq, dv)
 module dynstep_rational_chain
@@ -28,6 +29,9 @@ module dynstep_rational_chain
 
    public :: serves
 
+   !> A pivot, next to its diagonal entry, from which on S may be singular; that of dynstep_shifted_systems
+   real(wp), parameter :: small_pivot = sqrt(epsilon(1.0_wp))
+
    !> What a coupling needs of one pole
    type :: coupled_pole
       complex(wp), allocatable :: w(:)                !! S^-1 b/(1 + g.S^-1 b) [n]
@@ -37,6 +41,7 @@ module dynstep_rational_chain
 
    type, public :: rational_chain
       real(wp) :: h = 0.0_wp                                     !! of the factors
+      logical :: is_doubtful = .false.                           !! they have pivots that nearly vanish
       type(pole_sweeps_type), allocatable, private :: sweeps(:)  ! one for each stage
       type(coupled_pole), allocatable, private :: coupled(:)     ! one for each pole
       real(wp), allocatable, private :: load(:, :, :)            ! Re, Im of P_j [2, poles of a stage, n]; all stages
@@ -44,6 +49,7 @@ module dynstep_rational_chain
       logical, private :: has_load = .false.
    contains
       procedure :: init => chain_init
+      procedure :: note_load => chain_note_load
       procedure :: factorize => chain_factorize
       procedure :: stage => chain_stage
    end type rational_chain
@@ -75,7 +81,6 @@ contains
       integer :: j, k, stat
       if (status%failed()) return
       self%h = 0.0_wp
-      self%has_load = sys%load_kind /= load_none
       if (allocated(self%sweeps)) deallocate (self%sweeps)
       if (allocated(self%coupled)) deallocate (self%coupled)
       if (allocated(self%load)) deallocate (self%load)
@@ -83,7 +88,6 @@ contains
       do k = 1, size(stages%stage)
          call self%sweeps(k)%init(sys%n, pole_sweeps_width(sys%m, sys%c, sys%k), stages%stage(k)%count, status)
       end do
-      if (self%has_load .and. stat == 0) allocate (self%load(2, most_of_a_stage(stages), sys%n), stat=stat)
       if (sys%structure%is_coupled .and. stat == 0) then
          allocate (self%coupled(stages%poles), stat=stat)
          do j = 1, stages%poles
@@ -93,7 +97,22 @@ contains
          end do
       end if
       if (stat /= 0) call status%set(dynstep_no_memory, 'no memory for a step of '//text(sys%n)//' unknowns')
+      call self%note_load(sys, stages, status)
    end subroutine chain_init
+
+   !> A load may have come, or gone
+   recursive subroutine chain_note_load(self, sys, stages, status)
+      class(rational_chain), intent(inout) :: self
+      class(linear_system), intent(in) :: sys
+      type(pole_stages_type), intent(in) :: stages
+      type(status_type), intent(inout) :: status
+      integer :: stat
+      if (status%failed()) return
+      self%has_load = sys%load_kind /= load_none
+      if (allocated(self%load) .or. .not. self%has_load) return
+      allocate (self%load(2, most_of_a_stage(stages), sys%n), stat=stat)
+      if (stat /= 0) call status%set(dynstep_no_memory, 'no memory for a load of '//text(sys%n)//' unknowns')
+   end subroutine chain_note_load
 
    !> Factors for a step length
    recursive subroutine chain_factorize(self, sys, stages, h, trouble)
@@ -105,10 +124,12 @@ contains
       integer :: j, k
       trouble = 0
       self%h = 0.0_wp
+      self%is_doubtful = .false.
       do k = 1, size(stages%stage)
          associate (stage => stages%stage(k))
             call self%sweeps(k)%factorize(sys%m, sys%c, sys%k, h, stage%pole, trouble)
             if (trouble /= 0) return
+            self%is_doubtful = self%is_doubtful .or. any(self%sweeps(k)%weakest(:stage%count) <= small_pivot)
             if (.not. allocated(self%coupled)) cycle
             do j = 1, stage%count
                call couple(self%sweeps(k), j, sys, stage%pole(j), h, self%coupled(stage%first + j - 1), trouble)

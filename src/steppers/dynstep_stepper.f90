@@ -92,6 +92,7 @@ module dynstep_stepper
       integer, private :: seen_n = 0          ! of the system that `init` saw, 0 before
       integer, private :: seen_m = 0          ! constraints g of that system
       integer, private :: seen_p = 0          ! constraints k
+      integer, private :: seen_jacobian(3) = 0     ! kind and band of its df/dy
       logical, private :: is_linear = .false. ! that was a linear_system
       type(structure_type), private :: structure   ! of that system
       type(state_type), private :: spare      ! second state of `advance`
@@ -158,6 +159,7 @@ contains
       self%structure = structure_type()
       if (.not. present(sys)) return
       self%seen_n = sys%n
+      self%seen_jacobian = [sys%jacobian_kind, sys%jacobian_kl, sys%jacobian_ku]
       call multiplier_counts(sys, self%seen_m, self%seen_p)
       self%is_linear = is_linear_system(sys)
       select type (sys)
@@ -177,6 +179,8 @@ contains
       select type (sys)
       class is (mechanical_system)
          fits = fits .and. same_structure(self%structure, sys%structure)
+      class default
+         fits = fits .and. all(self%seen_jacobian == [sys%jacobian_kind, sys%jacobian_kl, sys%jacobian_ku])
       end select
    end function fits
 

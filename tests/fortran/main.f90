@@ -30,6 +30,8 @@ program tester
    use test_ordering, only: collect_ordering
    use test_pole_sweeps, only: collect_pole_sweeps
    use test_rank, only: collect_rank
+   use test_rational, only: collect_rational
+   use test_rational_steps, only: collect_rational_steps
    use test_saddle_point, only: collect_saddle_point
    use test_saddle_schur, only: collect_saddle_schur
    use test_singular, only: collect_singular
@@ -63,6 +65,8 @@ program tester
       & new_testsuite('saddle_schur', collect_saddle_schur), &
       & new_testsuite('pole_sweeps', collect_pole_sweeps), &
       & new_testsuite('rank', collect_rank), &
+      & new_testsuite('rational', collect_rational), &
+      & new_testsuite('rational_steps', collect_rational_steps), &
       & new_testsuite('figures', collect_figures), &
       & new_testsuite('bits', collect_bits), &
       & new_testsuite('stability', collect_stability), &
