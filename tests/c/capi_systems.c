@@ -326,6 +326,67 @@ static void test_records(void)
     CHECK(strstr(message, "values") != NULL);
 }
 
+/* The flexible arm by its matrices: a step of torque, closed and open, and what is refused */
+static void test_arm(void)
+{
+    enum { SEGMENTS = 10, ORDER = SEGMENTS + 1 };
+    const double thesis[DYNSTEP_ARM_PARAMETERS] = {0.01, 0.01, 0.01, 0.001, 1.0, 1.0, 0.01, 100.0};
+    const double gains[DYNSTEP_ARM_GAINS] = {1.0, 2.0, 3.0, 5.0};
+    const double torque[2] = {0.1, 0.1}, rest[ORDER] = {0.0};
+    double m[3*ORDER], k[5*ORDER], same[5*ORDER], b[ORDER], kq[ORDER], cq[ORDER], q[ORDER], v[ORDER], t;
+    double wrong[DYNSTEP_ARM_PARAMETERS];
+    char message[DYNSTEP_MESSAGE_LENGTH];
+    int n = -1;
+    CHECK(dynstep_arm_matrices(DYNSTEP_EULER_BERNOULLI, DYNSTEP_ARM_CONSISTENT, SEGMENTS, NULL, NULL, 0, &n, NULL, NULL, NULL,
+                               NULL, NULL, 0, NULL) == 0 && n == ORDER);
+    CHECK(dynstep_arm_matrices(DYNSTEP_EULER_BERNOULLI, DYNSTEP_ARM_CONSISTENT, SEGMENTS, thesis, gains, n, &n, NULL, same,
+                               NULL, kq, cq, sizeof message, message) == 0 && message[0] == '\0');
+    CHECK(kq[0] == -2.0 && kq[n - 1] == 3.0 && cq[0] == -3.0 && cq[n - 1] == 5.0 && kq[1] == 0.0);
+    CHECK(dynstep_arm_matrices(DYNSTEP_EULER_BERNOULLI, DYNSTEP_ARM_CONSISTENT, SEGMENTS, NULL, NULL, n, &n, m, k, b, kq, cq,
+                               0, NULL) == 0);
+    CHECK(memcmp(k, same, sizeof k) == 0);
+    CHECK(m[1] == 0.01 && b[0] == 1.0 && b[1] == 0.0 && kq[0] == 18.655 - 1.5 && cq[n - 1] == 0.005);
+
+    intptr_t s = dynstep_new(n);
+    CHECK(dynstep_set_matrix(s, DYNSTEP_MASS, DYNSTEP_BANDED, 1, 1, 1, m) == 0);
+    CHECK(dynstep_set_matrix(s, DYNSTEP_STIFFNESS, DYNSTEP_BANDED, 2, 2, 1, k) == 0);
+    CHECK(dynstep_set_load_table(s, 1, 2, 0.0, 2.0, NULL, torque, b, DYNSTEP_OUTSIDE_HOLD) == 0);
+    CHECK(dynstep_set_pade(s, 4, 4) == 0);
+    CHECK(dynstep_start(s, n, 0.0, rest, rest) == 0 && dynstep_run(s, 2.0, 0.005) == 0);
+    CHECK(dynstep_get(s, n, &t, q, v, NULL) == 0);
+    CHECK(fabs(q[0] - 0.655736783452) < 1e-11);        /* an independent study; twelve digits */
+    CHECK(dynstep_set_coupling(s, b, kq, cq) == 0);
+    CHECK(dynstep_arm_straight(DYNSTEP_EULER_BERNOULLI, SEGMENTS, 0.5, n, q, 0, NULL) == 0 && q[0] == 0.5 && q[n - 1] == 0.5);
+    CHECK(dynstep_start(s, n, 0.0, q, rest) == 0 && dynstep_run(s, 200.0, 0.05) == 0);
+    CHECK(dynstep_get(s, n, &t, q, v, NULL) == 0);
+    CHECK(fabs(q[0] - 0.1/18.655) < 1e-5);             /* u = 0 at rest; slowest pole -0.067 +- 3.183i */
+    CHECK(dynstep_delete(&s) == 0);
+
+    n = -1;
+    CHECK(dynstep_arm_matrices(3, 0, SEGMENTS, NULL, NULL, 0, &n, NULL, NULL, NULL, NULL, NULL, sizeof message, message)
+          == DYNSTEP_INVALID_INPUT && n == 0 && strstr(message, "beam"));
+    CHECK(dynstep_arm_matrices(1, 3, SEGMENTS, NULL, NULL, 0, &n, NULL, NULL, NULL, NULL, NULL, sizeof message, message)
+          == DYNSTEP_INVALID_INPUT && strstr(message, "variant"));
+    CHECK(dynstep_arm_matrices(1, 0, 3, NULL, NULL, 0, &n, NULL, NULL, NULL, NULL, NULL, sizeof message, message)
+          == DYNSTEP_INVALID_INPUT && strstr(message, "segments"));
+    memcpy(wrong, thesis, sizeof wrong);
+    wrong[0] = -1.0;
+    CHECK(dynstep_arm_matrices(1, 0, SEGMENTS, wrong, NULL, 0, &n, NULL, NULL, NULL, NULL, NULL, sizeof message, message)
+          == DYNSTEP_INVALID_INPUT && strstr(message, "eta"));
+    CHECK(dynstep_arm_matrices(1, 0, SEGMENTS, NULL, NULL, -1, &n, NULL, NULL, NULL, NULL, NULL, sizeof message, message)
+          == DYNSTEP_INVALID_INPUT && strstr(message, "capacity"));
+    CHECK(dynstep_arm_matrices(1, 0, SEGMENTS, NULL, NULL, 0, NULL, NULL, NULL, NULL, NULL, NULL, sizeof message, message)
+          == DYNSTEP_INVALID_INPUT && strstr(message, "NULL"));
+    b[0] = 7.0;                                        /* no room: left alone */
+    CHECK(dynstep_arm_matrices(1, 0, SEGMENTS, NULL, NULL, ORDER - 1, &n, m, k, b, kq, cq, 0, NULL) == 0);
+    CHECK(n == ORDER && b[0] == 7.0);
+    CHECK(dynstep_arm_straight(1, SEGMENTS, 1.0, ORDER + 1, q, sizeof message, message) == DYNSTEP_INVALID_INPUT);
+    CHECK(strstr(message, "11 coordinates") != NULL);
+    CHECK(dynstep_arm_straight(1, 1, 1.0, ORDER, q, sizeof message, message) == DYNSTEP_INVALID_INPUT);
+    CHECK(strstr(message, "segments") != NULL);
+    CHECK(dynstep_arm_straight(1, SEGMENTS, 1.0, ORDER, NULL, 0, NULL) == DYNSTEP_INVALID_INPUT);
+}
+
 int main(void)
 {
     double reference[N];
@@ -334,5 +395,6 @@ int main(void)
     test_counts();
     test_texts();
     test_records();
+    test_arm();
     return finish();
 }

@@ -179,6 +179,19 @@ enum dynstep_stability_number {      /* places in the numbers; HUGE_VAL stands f
     DYNSTEP_STABILITY_NUMBERS        /* how many there are: 6 */
 };
 
+enum dynstep_beam {                  /* of the flexible arm */
+    DYNSTEP_EULER_BERNOULLI = 1,     /* rotation is the slope of the deflection */
+    DYNSTEP_TIMOSHENKO = 2           /* with shear deformation */
+};
+
+enum dynstep_arm_variant {           /* of its matrices */
+    DYNSTEP_ARM_CONSISTENT = 0,      /* the equations of the thesis */
+    DYNSTEP_ARM_LISTING = 1,         /* Euler-Bernoulli, with the wrong sign of its listing, which pins the tip */
+    DYNSTEP_ARM_SYMMETRIC = 2        /* Timoshenko, K from the strain energy */
+};
+
+#define DYNSTEP_ARM_PARAMETERS 8
+#define DYNSTEP_ARM_GAINS 4
 #define DYNSTEP_MAX_DEGREE 16        /* of N and D */
 #define DYNSTEP_MAX_LEVELS 12        /* of an extrapolation */
 #define DYNSTEP_MESSAGE_LENGTH 321   /* room for any message, with its final zero */
@@ -590,6 +603,29 @@ int dynstep_record_multipliers(intptr_t handle, int count, int m, double *lambda
  * wrong. */
 int dynstep_read_at2(const char *path, int capacity, double *dt, int *count, double *values, int length,
                      char *message);
+
+/* ---- Models ---- */
+
+/* One-link flexible arm on a hub, with a tip load (Xie 1995, chapters 4 and 5): M q'' + K q = b u, closed by
+ * u = -g1 theta - g2 theta' - g3 w - g4 w', theta the angle of the hub and w the deflection of the tip.
+ *   beam, variant    enum dynstep_beam, enum dynstep_arm_variant
+ *   segments         4 or more; 2 or more for DYNSTEP_TIMOSHENKO
+ *   parameters       [8] eta, mu, kappa, zeta, alpha, beta, delta, gamma: inertia of the hub, mass of the load, its
+ *                    inertia, distance of its mass centre, mass, bending rigidity, rotatory inertia (over alpha), shear
+ *                    rigidity of the beam, dimensionless; NULL: those of the thesis, eqs. (4.37), (5.23)
+ *   gains            [4] g1 .. g4; NULL: those of the thesis, eqs. (4.38), (5.24)
+ *   capacity         coordinates for which the arrays have room; where it is less than *n, they are left alone
+ *   n                how many coordinates: theta, z1, z2, ... or theta, phi1, z1, phi2, z2, ...; theta is the first one,
+ *                    the deflection of the tip, with the hub's rotation in it, the last one
+ *   m, k             [3*n], [5*n] matrices, DYNSTEP_BANDED with kl = ku = 1 and kl = ku = 2
+ *   b, gain_q, gain_v   [n] the arguments of dynstep_set_coupling
+ * Arrays may be NULL.  Call it with capacity = 0 to learn n.  message as for dynstep_read_at2. */
+int dynstep_arm_matrices(int beam, int variant, int segments, const double *parameters, const double *gains, int capacity,
+                         int *n, double *m, double *k, double *b, double *gain_q, double *gain_v, int length,
+                         char *message);
+
+/* The undeformed arm with its hub at an angle, q[n]; n as dynstep_arm_matrices tells */
+int dynstep_arm_straight(int beam, int segments, double angle, int n, double *q, int length, char *message);
 
 #ifdef __cplusplus
 }

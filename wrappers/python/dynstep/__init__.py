@@ -6,7 +6,7 @@
     >>> solution = dynstep.solve(system, (0, 10), 1.0, 0.0, h=0.1)
     >>> solution.plot()
 
-Systems: `LinearSystem`, `MechanicalSystem`, of first order `LinearOde`, `OdeSystem`.  Methods: `Newmark`, `Midpoint`,
+Systems: `LinearSystem`, `MechanicalSystem`, of first order `LinearOde`, `OdeSystem`; a model, `FlexibleArm`.  Methods: `Newmark`, `Midpoint`,
 `NewmarkExtrapolation`, `MidpointExtrapolation`, `GeneralizedAlpha`, `BI`, `BIExtrapolation`, `Pade`, and for constraints
 `SOI2`, `HHT`; `methods()` shows their facts.
 `solve` and `solve_ode` integrate over an interval, `Integrator` makes one step at a time.  `stability_domain`,
@@ -27,6 +27,7 @@ from ._matrices import Banded, banded
 from ._mechanical import MechanicalSystem
 from ._method_table import methods
 from ._methods import MethodProperties, Midpoint, MidpointExtrapolation, Newmark, NewmarkExtrapolation, Newton
+from ._models import FlexibleArm
 from ._ode import LinearOde, OdeSystem
 from ._rational_methods import BI, BIExtrapolation, Pade
 from ._solution import OdeSolution, Solution
@@ -39,7 +40,7 @@ __version__ = ".".join(str(_version()//k % 100) for k in (10000, 100, 1))
 
 __all__ = [
     "AccuracyDomain", "BI", "BIExtrapolation", "Banded", "CheckReport", "ConstraintDrift", "DampingFrequency",
-    "GeneralizedAlpha", "HHT", "IntegrationError", "Integrator", "LinearOde", "LinearSystem", "LoadTable",
+    "FlexibleArm", "GeneralizedAlpha", "HHT", "IntegrationError", "Integrator", "LinearOde", "LinearSystem", "LoadTable",
     "MechanicalSystem", "MethodProperties", "Midpoint", "MidpointExtrapolation", "Newmark", "NewmarkExtrapolation",
     "Newton", "OdeSolution", "OdeSystem", "OutOfDomain", "Pade", "SOI2", "Solution", "StabilityDomain",
     "StartCorrected", "StartCorrection", "accuracy_domain", "alpha_windows", "banded", "check_system", "compiled",
