@@ -6,9 +6,9 @@
     >>> solution = dynstep.solve(system, (0, 10), 1.0, 0.0, h=0.1)
     >>> solution.plot()
 
-Systems: `LinearSystem`, `MechanicalSystem`, of first order `LinearOde`, `OdeSystem`; a model, `FlexibleArm`.  Methods: `Newmark`, `Midpoint`,
-`NewmarkExtrapolation`, `MidpointExtrapolation`, `GeneralizedAlpha`, `BI`, `BIExtrapolation`, `Pade`, and for constraints
-`SOI2`, `HHT`; `methods()` shows their facts.
+Systems: `LinearSystem`, `MechanicalSystem`, of first order `LinearOde`, `OdeSystem`; a model, `FlexibleArm`.
+Methods: `Newmark`, `Midpoint`, `NewmarkExtrapolation`, `MidpointExtrapolation`, `GeneralizedAlpha`, `BI`,
+`BIExtrapolation`, `Pade`, and for constraints `SOI2`, `HHT`; `methods()` shows their facts.
 `solve` and `solve_ode` integrate over an interval, `Integrator` makes one step at a time.  `stability_domain`,
 `accuracy_domain`, `damping_frequency` look into a method.
 """
