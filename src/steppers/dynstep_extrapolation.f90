@@ -25,7 +25,7 @@
 module dynstep_extrapolation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: acceleration_solver
-   use dynstep_kinds, only: wp
+   use dynstep_kinds, only: long, wp
    use dynstep_ode_system, only: ode_system
    use dynstep_sequences, only: extrapolation_weights, sequence_harmonic, substep_numbers
    use dynstep_start_check, only: check_size, check_start
@@ -291,12 +291,13 @@ contains
       end do
    end subroutine extrapolate
 
-   !> count = own work + work of the levels
+   !> count = own work + work of the levels; steps and rejections are counted by who asks for steps
    pure subroutine gather_counts(self)
       class(extrapolation_stepper), intent(inout) :: self
       integer :: j
+      integer(long) :: rejections
       associate (c => self%count)
-         c%rejections = self%own%rejections
+         rejections = c%rejections
          c%forces = self%own%forces
          c%masses = self%own%masses
          c%tangents = self%own%tangents
@@ -309,6 +310,7 @@ contains
             call c%add(self%level(j)%stepper%count)
             c%substeps = c%substeps + self%level(j)%stepper%count%steps
          end do
+         c%rejections = rejections
       end associate
    end subroutine gather_counts
 
