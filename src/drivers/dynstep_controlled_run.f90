@@ -16,8 +16,8 @@
 !> times t_eval, interpolated inside a step.
 module dynstep_controlled_run
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use dynstep_integrate, only: check_started, check_times, observer_type
-   use dynstep_kinds, only: wp
+   use dynstep_integrate, only: check_started, check_times, observer_type, run_type, steps_before_time
+   use dynstep_kinds, only: long, wp
    use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_invalid_input, dynstep_more, dynstep_no_memory, dynstep_not_finite, dynstep_step_too_small, &
       & dynstep_stopped, status_type
@@ -31,9 +31,8 @@ module dynstep_controlled_run
    public :: integrate_controlled
 
    !> A run that can be left and taken up again
-   type, public :: controlled_run_type
+   type, extends(run_type), public :: controlled_run_type
       type(step_control_type) :: control
-      real(wp) :: t_end = 0.0_wp
       real(wp) :: h = 0.0_wp                             !! length of the next trial
       real(wp), private :: longest = 0.0_wp              ! step length
       real(wp), private :: error_before = -1.0_wp        ! of the last trial; < 0: none
@@ -44,6 +43,7 @@ module dynstep_controlled_run
    contains
       procedure :: begin => run_begin
       procedure :: proceed => run_proceed
+      procedure :: steps_for => run_steps_for
       procedure :: finished => run_finished
    end type controlled_run_type
 
@@ -109,6 +109,18 @@ contains
       if (stat /= 0) call status%set(dynstep_no_memory, 'no memory for the estimate of '//text(sys%state_size())//' errors')
    end subroutine run_begin
 
+   !> Steps may be shorter than the longest one, and then it takes more of them to the same time
+   pure integer(long) function run_steps_for(self, state, recorded, room)
+      class(controlled_run_type), intent(in) :: self
+      type(state_type), intent(in) :: state
+      integer(long), intent(in) :: recorded, room
+      if (allocated(self%control%t_eval)) then
+         run_steps_for = steps_before_time(self%control%t_eval, recorded + room + 1, state%t, sign(self%longest, self%h))
+      else
+         run_steps_for = room - merge(1, 0, recorded == 0)   ! the start
+      end if
+   end function run_steps_for
+
    !> True where t_end is reached
    pure logical function run_finished(self, state)
       class(controlled_run_type), intent(in) :: self
@@ -116,8 +128,6 @@ contains
       run_finished = .not. abs(self%t_end - state%t) > 0.0_wp
    end function run_finished
 
-   !> Go on to t_end, or for max_steps accepted steps and then say dynstep_more.  News of an earlier call in `status`
-   !> are cleared.
    recursive subroutine run_proceed(self, stepper, sys, state, status, recorder, observer, max_steps)
       class(controlled_run_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper

@@ -34,7 +34,7 @@ module dynstep_integrate
    implicit none
    private
 
-   public :: check_started, check_times, integrate
+   public :: check_started, check_times, integrate, steps_before_time
 
    !> What a run with steps of one length is asked to do
    type, public :: control_type
@@ -60,10 +60,44 @@ module dynstep_integrate
       end subroutine observe_interface
    end interface
 
-   !> A run that can be left and taken up again
-   type, public :: integration_type
-      type(control_type) :: control
+   !> A run that can be left and taken up again; how it chooses its steps is left to extensions
+   type, abstract, public :: run_type
       real(wp) :: t_end = 0.0_wp
+   contains
+      procedure(proceed_interface), deferred :: proceed
+      procedure(steps_for_interface), deferred :: steps_for
+   end type run_type
+
+   abstract interface
+      !> Go on to t_end, or for max_steps accepted steps and then say dynstep_more.  News of an earlier call in `status`
+      !> are cleared.
+      recursive subroutine proceed_interface(self, stepper, sys, state, status, recorder, observer, max_steps)
+         import :: observer_type, ode_system, recorder_type, run_type, state_type, status_type, stepper_type
+         class(run_type), intent(inout) :: self
+         class(stepper_type), intent(inout) :: stepper
+         class(ode_system), intent(inout) :: sys
+         type(state_type), intent(inout) :: state
+         type(status_type), intent(inout) :: status
+         class(recorder_type), intent(inout), optional :: recorder
+         class(observer_type), intent(inout), optional :: observer
+         integer, intent(in), optional :: max_steps          !! >= 0; 0 records the start, no more
+      end subroutine proceed_interface
+
+      !> How many steps record no more points than there is room for, but perhaps in the last of them, where t_eval has
+      !> many inside one step; 0: the start alone.  The end of a run, planned or not, records one point more, and it does
+      !> so before the last of the points counted on here.
+      pure integer(long) function steps_for_interface(self, state, recorded, room)
+         import :: long, run_type, state_type
+         class(run_type), intent(in) :: self
+         type(state_type), intent(in) :: state
+         integer(long), intent(in) :: recorded               !! points since `begin`
+         integer(long), intent(in) :: room                   !! points, >= 1
+      end function steps_for_interface
+   end interface
+
+   !> A run with steps of one length
+   type, extends(run_type), public :: integration_type
+      type(control_type) :: control
       type(clock_type), private :: clock                 ! of the steps of full length
       integer(long), private :: full_steps = 0           ! how many there are
       real(wp), private :: last_step = 0.0_wp            ! length of the shorter last one, or 0
@@ -75,6 +109,7 @@ module dynstep_integrate
    contains
       procedure :: begin => integration_begin
       procedure :: proceed => integration_proceed
+      procedure :: steps_for => integration_steps_for
       procedure :: finished => integration_finished
    end type integration_type
 
@@ -201,14 +236,39 @@ contains
       call status%set(dynstep_invalid_input, 'the state has no accelerations of this system; call start on it before a run')
    end subroutine check_started
 
+   pure integer(long) function integration_steps_for(self, state, recorded, room)
+      class(integration_type), intent(in) :: self
+      type(state_type), intent(in) :: state
+      integer(long), intent(in) :: recorded, room
+      integer(long) :: points
+      if (allocated(self%control%t_eval)) then
+         integration_steps_for = steps_before_time(self%control%t_eval, recorded + room + 1, state%t, self%control%h)
+      else if (self%control%every > 0) then
+         points = room - merge(1, 0, recorded == 0)          ! the start
+         integration_steps_for = points*self%control%every - mod(self%clock%k, int(self%control%every, long))
+      else
+         integration_steps_for = huge(integration_steps_for)
+      end if
+   end function integration_steps_for
+
+   !> Steps up to the one that reaches t_eval(i), 1 or more; any number where there is no such time
+   pure integer(long) function steps_before_time(t_eval, i, t, longest)
+      real(wp), intent(in) :: t_eval(:)
+      integer(long), intent(in) :: i
+      real(wp), intent(in) :: t                           !! present time
+      real(wp), intent(in) :: longest                     !! step, in the direction of the run; 0 where that ends at t
+      steps_before_time = huge(steps_before_time)
+      if (i > size(t_eval)) return
+      steps_before_time = 1
+      if (abs(longest) > 0.0_wp) steps_before_time = max(1_long, int(min((t_eval(i) - t)/longest, real(huge(1), wp)), long))
+   end function steps_before_time
+
    !> True where t_end is reached
    pure logical function integration_finished(self)
       class(integration_type), intent(in) :: self
       integration_finished = self%clock%k >= self%full_steps .and. .not. abs(self%last_step) > 0.0_wp
    end function integration_finished
 
-   !> Go on to t_end, or for max_steps steps and then say dynstep_more.  News of an earlier call
-   !> in `status` are cleared.
    recursive subroutine integration_proceed(self, stepper, sys, state, status, recorder, observer, max_steps)
       class(integration_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper

@@ -66,6 +66,7 @@ static int in_use(intptr_t s)
     n += dynstep_set_soi2(s, 0.5, 0.5, 0.25, 0.5, 1) == DYNSTEP_IN_USE;
     n += dynstep_set_pade(s, 4, 4) == DYNSTEP_IN_USE;
     n += dynstep_set_backinterpolation(s, 4, 4, 0.5, 1) == DYNSTEP_IN_USE;
+    n += dynstep_set_listing_estimate(s, 0) == DYNSTEP_IN_USE;
     n += dynstep_set_alpha_options(s, 1, 1, 1, 1) == DYNSTEP_IN_USE;
     n += dynstep_set_start(s, 1) == DYNSTEP_IN_USE;
     n += dynstep_start_report(s, x) == DYNSTEP_IN_USE;
@@ -84,11 +85,12 @@ static int in_use(intptr_t s)
     n += dynstep_set_observer(s, 0, 0) == DYNSTEP_IN_USE;
     n += dynstep_run(s, 1.0, 0.1) == DYNSTEP_IN_USE;
     n += dynstep_begin(s, 1.0, 0.1, 1, 0, NULL) == DYNSTEP_IN_USE;
+    n += dynstep_begin_controlled(s, 1.0, 1e-6, 1, 1, 0.0, 0.0, 0, NULL) == DYNSTEP_IN_USE;
     n += dynstep_proceed(s, 1, 0, NULL, NULL, NULL, NULL, NULL) == DYNSTEP_IN_USE;
     n += dynstep_message(s, sizeof text, text) == DYNSTEP_IN_USE && strstr(text, "in use");
     return n;
 }
-enum { FUNCTIONS_OF_A_HANDLE = 56 };
+enum { FUNCTIONS_OF_A_HANDLE = 58 };
 
 static int invalid(intptr_t s)
 {
@@ -132,6 +134,7 @@ static int invalid(intptr_t s)
     n += dynstep_set_soi2(s, 0.5, 0.5, 0.25, 0.5, 1) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_pade(s, 4, 4) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_backinterpolation(s, 4, 4, 0.5, 1) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_listing_estimate(s, 0) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_alpha_options(s, 1, 1, 1, 1) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_start(s, 1) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_start_report(s, x) == DYNSTEP_INVALID_HANDLE;
@@ -150,6 +153,7 @@ static int invalid(intptr_t s)
     n += dynstep_set_observer(s, 0, 0) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_run(s, 1.0, 0.1) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_begin(s, 1.0, 0.1, 1, 0, NULL) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_begin_controlled(s, 1.0, 1e-6, 1, 1, 0.0, 0.0, 0, NULL) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_proceed(s, 1, 0, NULL, NULL, NULL, NULL, NULL) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_message(s, sizeof text, text) == DYNSTEP_INVALID_HANDLE && strstr(text, "handle");
     return n;

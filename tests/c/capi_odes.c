@@ -252,6 +252,39 @@ static void test_ranges(void)
     REFUSES(dynstep_set_backinterpolation(s, 4, 4, 0.5, 3), bad, "halves = 3");
     CHECK(dynstep_set_backinterpolation(s, 0, 4, 0.0, 1) == 0 && dynstep_set_backinterpolation(s, 4, 9, 1.0, 1) == 0);
     CHECK(dynstep_set_backinterpolation(s, 9, 9, 0.5, 2) == 0);
+    REFUSES(dynstep_set_listing_estimate(s, 2), bad, "listing = 2");
+    CHECK(dynstep_delete(&s) == 0);
+}
+
+/* Predators and prey from (10, 10) to t = 10 (Xie 1995, Fig. 3.33) by the thesis's settings, standard; PI, as listed and in
+ * print; and the estimate that is the sum of both: steps and rejections of the same runs in Fortran, but for one at the edge */
+static int lotka_volterra(int n, double t, const double *y, double *f, void *ctx)
+{
+    (void)n, (void)t, (void)ctx;
+    f[0] = -y[0] + 0.1 * y[0] * y[1];
+    f[1] = y[1] - y[0] * y[1];
+    return 0;
+}
+
+static void test_control(void)
+{
+    const double y0[2] = {10.0, 10.0}, exact[2] = {0.0007104218221780829, 3.259057322389767};
+    const int steps[4] = {34, 33, 57, 37}, rejections[4] = {1, 12, 1, 1};
+    double y[2], t[200];
+    long long counts[DYNSTEP_COUNTS];
+    int count;
+    intptr_t s = dynstep_new_ode(2);
+    CHECK(dynstep_set_rhs(s, ADDRESS(lotka_volterra), 0) == 0);
+    CHECK(dynstep_set_backinterpolation(s, 0, 0, 0.4, DYNSTEP_HALVES_FEHLBERG) == 0);
+    for (int way = 0; way < 4; way++) {
+        CHECK(dynstep_set_listing_estimate(s, way < 3) == 0 && dynstep_start_ode(s, 2, 0.0, y0) == 0);
+        CHECK(dynstep_begin_controlled(s, 10.0, 1e-6, way == 0 || way == 3 ? DYNSTEP_STANDARD : DYNSTEP_PI,
+                                       way == 1 ? DYNSTEP_SAFETY_INSIDE : DYNSTEP_SAFETY_IN_FRONT, 0.0, 0.0, 0, NULL) == 0);
+        CHECK(dynstep_proceed(s, 1000, 200, &count, t, NULL, NULL, NULL) == 0 && t[count - 1] == 10.0);
+        CHECK(dynstep_counts(s, counts) == 0 && counts[DYNSTEP_COUNT_STEPS] == count - 1);
+        CHECK(dynstep_get_ode(s, 2, NULL, y, NULL) == 0 && fabs(y[0] - exact[0]) < 1e-5 && fabs(y[1] - exact[1]) < 1e-4);
+        CHECK(abs(count - 1 - steps[way]) <= 1 && llabs(counts[DYNSTEP_COUNT_REJECTIONS] - rejections[way]) <= 1);
+    }
     CHECK(dynstep_delete(&s) == 0);
 }
 
@@ -287,6 +320,7 @@ int main(void)
 {
     test_runs();
     test_ranges();
+    test_control();
     test_closed_loop();
     test_kinds_of_handles();
     test_settings();

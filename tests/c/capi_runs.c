@@ -71,18 +71,26 @@ static int same(const struct points *x, const struct points *y)
            !memcmp(x->a, y->a, x->count * N * sizeof *x->a);
 }
 
+/* A run with steps of one length, or for every = CONTROLLED one whose steps follow the estimate, first and longest h */
+enum { CONTROLLED = -1 };
+static int begin(intptr_t s, double t_end, double h, int every, int n_eval, const double *t_eval)
+{
+    if (every != CONTROLLED) return dynstep_begin(s, t_end, h, every, n_eval, t_eval);
+    return dynstep_begin_controlled(s, t_end, 1e-6, DYNSTEP_PI, DYNSTEP_SAFETY_IN_FRONT, h, fabs(h), n_eval, t_eval);
+}
+
 /* One run in a single call and in calls of all sizes */
 static void cut(intptr_t s, double t_end, double h, int every, int n_eval, const double *t_eval, struct points *whole)
 {
     static struct points parts;
     const int capacities[] = {1, 2, 3, 7, MOST}, steps[] = {1, 2, 5, 1000000};
     CHECK(dynstep_start(s, N, 0.0, q0, v0) == 0);
-    CHECK(dynstep_begin(s, t_end, h, every, n_eval, t_eval) == 0);
+    CHECK(begin(s, t_end, h, every, n_eval, t_eval) == 0);
     CHECK(collect(s, 1000000, MOST, whole) == 0);
     for (int i = 0; i < 5; i++)
         for (int j = 0; j < 4; j++) {
             CHECK(dynstep_start(s, N, 0.0, q0, v0) == 0);
-            CHECK(dynstep_begin(s, t_end, h, every, n_eval, t_eval) == 0);
+            CHECK(begin(s, t_end, h, every, n_eval, t_eval) == 0);
             CHECK(collect(s, steps[j], capacities[i], &parts) == 0);
             CHECK(same(whole, &parts));
             if (!same(whole, &parts))
@@ -215,8 +223,89 @@ static void test_failure(void)
     CHECK(dynstep_delete(&s) == 0);
 }
 
+/* Steps that follow the error estimate.  kind: as above, and 4 and 5 the systems of 0 and 1 by backinterpolation */
+static void test_controlled(int kind)
+{
+    static struct points whole, sparse;
+    double times[40], t, q[N], back[3] = {-0.1, -0.11, -1.0};
+    long long counts[DYNSTEP_COUNTS];
+    int n = 0, count, left = 5;
+    intptr_t s = make(kind % 4);
+    if (kind > 3) CHECK(dynstep_set_backinterpolation(s, 4, 4, 0.5, DYNSTEP_HALVES_TAYLOR) == 0);
+
+    cut(s, 4.0, 0.0, CONTROLLED, 0, NULL, &whole);
+    CHECK(whole.count > 10 && whole.t[whole.count - 1] == 4.0 && whole.t[1] <= 4.0 / 128);
+    cut(s, 4.0, 1.0, CONTROLLED, 0, NULL, &whole);          /* the first steps are too long */
+    CHECK(dynstep_counts(s, counts) == 0 && counts[DYNSTEP_COUNT_REJECTIONS] > 0);
+    CHECK(counts[DYNSTEP_COUNT_STEPS] == whole.count - 1 && whole.t[1] < 1.0);
+    for (int i = 1; i < whole.count; i++) CHECK(whole.t[i] - whole.t[i - 1] <= 1.0 && whole.t[i] > whole.t[i - 1]);
+
+    /* times, many inside one step; the steps are the same */
+    times[n++] = 0.0;
+    for (int i = 1; i <= 20; i++) times[n++] = 0.5 + i / 4096.0;
+    for (int i = 1; i <= 9; i++) times[n++] = 3.0 + i / 16.0;
+    times[n++] = 4.0;
+    times[n++] = 4.0;
+    cut(s, 4.0, 1.0, CONTROLLED, n, times, &sparse);
+    CHECK(sparse.count == n && !memcmp(sparse.t, times, n * sizeof *times));
+    CHECK(!memcmp(sparse.q + (n - 1) * N, whole.q + (whole.count - 1) * N, N * sizeof *q));
+    cut(s, -1.0, -0.125, CONTROLLED, 3, back, &sparse);
+    CHECK(sparse.count == 3 && sparse.t[2] == -1.0);
+
+    /* a call goes on until its room is used up, whatever the steps are */
+    CHECK(dynstep_start(s, N, 0.0, q0, v0) == 0 && begin(s, 4.0, 1.0, CONTROLLED, n, times) == 0);
+    for (int i = 0; i < (n - 1) / 4; i++)
+        CHECK(dynstep_proceed(s, 1000, 4, &count, sparse.t, NULL, NULL, NULL) == DYNSTEP_MORE && count == 4 &&
+              sparse.t[3] == times[4 * i + 3]);
+
+    /* a run to where one is already, with less room than times */
+    for (int i = 0; i < 3; i++) back[i] = 0.0;
+    CHECK(dynstep_start(s, N, 0.0, q0, v0) == 0 && begin(s, 0.0, 0.0, CONTROLLED, 3, back) == 0);
+    CHECK(collect(s, 1, 1, &sparse) == 0 && sparse.count == 3);
+
+    /* nothing recorded; an observer; a tolerance that is not to be reached */
+    CHECK(dynstep_start(s, N, 0.0, q0, v0) == 0 && begin(s, 4.0, 1.0, CONTROLLED, 0, NULL) == 0);
+    while (dynstep_proceed(s, 3, 0, NULL, NULL, NULL, NULL, NULL) == DYNSTEP_MORE) continue;
+    CHECK(dynstep_get(s, N, &t, q, NULL, NULL) == 0 && t == 4.0 && !memcmp(q, whole.q + (whole.count - 1) * N, sizeof q));
+    CHECK(dynstep_set_observer(s, ADDRESS(stop_after), ADDRESS(&left)) == 0);
+    CHECK(dynstep_start(s, N, 0.0, q0, v0) == 0 && begin(s, 4.0, 1.0, CONTROLLED, 0, NULL) == 0);
+    CHECK(collect(s, 100, 3, &sparse) == DYNSTEP_STOPPED && sparse.count == 6 && sparse.t[5] == whole.t[5]);
+    CHECK(collect(s, 100, 3, &sparse) == 0 && sparse.count == whole.count - 6);
+    CHECK(dynstep_start(s, N, 0.0, q0, v0) == 0);
+    CHECK(dynstep_begin_controlled(s, 4.0, 1e-300, DYNSTEP_STANDARD, 1, 0.25, 0.0, 0, NULL) == 0);
+    REFUSES(dynstep_proceed(s, 1000, 0, NULL, NULL, NULL, NULL, NULL), DYNSTEP_STEP_TOO_SMALL, "the step length fell to");
+    CHECK(dynstep_delete(&s) == 0);
+}
+
+static void test_refused_control(void)
+{
+    const int bad = DYNSTEP_INVALID_INPUT;
+    const double times[2] = {0.5, 0.25};
+    intptr_t s = make(2);
+    REFUSES(dynstep_begin_controlled(s, 1.0, 1e-6, 1, 1, 0.0, 0.0, 0, NULL), bad, "dynstep_start first");
+    CHECK(dynstep_start(s, N, 0.0, q0, v0) == 0);
+    REFUSES(dynstep_begin_controlled(s, 1.0, 0.0, 1, 1, 0.0, 0.0, 0, NULL), bad, "tolerance = 0");
+    REFUSES(dynstep_begin_controlled(s, 1.0, NAN, 1, 1, 0.0, 0.0, 0, NULL), bad, "tolerance = ");
+    REFUSES(dynstep_begin_controlled(s, 1.0, 1e-6, 3, 1, 0.0, 0.0, 0, NULL), bad, "controller = 3");
+    REFUSES(dynstep_begin_controlled(s, 1.0, 1e-6, 2, 0, 0.0, 0.0, 0, NULL), bad, "safety_place = 0");
+    REFUSES(dynstep_begin_controlled(s, 1.0, 1e-6, 1, 1, -0.1, 0.0, 0, NULL), bad, "h_first = -0.1");
+    REFUSES(dynstep_begin_controlled(s, 1.0, 1e-6, 1, 1, 0.0, -1.0, 0, NULL), bad, "h_max = -1");
+    REFUSES(dynstep_begin_controlled(s, NAN, 1e-6, 1, 1, 0.0, 0.0, 0, NULL), bad, "t_end");
+    REFUSES(dynstep_begin_controlled(s, 1.0, 1e-6, 1, 1, 0.0, 0.0, -1, NULL), bad, "n_eval = -1");
+    REFUSES(dynstep_begin_controlled(s, 1.0, 1e-6, 1, 1, 0.0, 0.0, 2, NULL), bad, "t_eval is NULL");
+    REFUSES(dynstep_begin_controlled(s, 1.0, 1e-6, 1, 1, 0.0, 0.0, 2, times), bad, "t_eval(2)");
+    REFUSES(dynstep_proceed(s, 1, 0, NULL, NULL, NULL, NULL, NULL), bad, "dynstep_begin first");
+    CHECK(dynstep_begin_controlled(s, 1.0, 1e-6, 1, 1, 0.0, 0.0, 0, NULL) == 0);
+    CHECK(dynstep_proceed(s, 1000, 0, NULL, NULL, NULL, NULL, NULL) == 0);
+    CHECK(dynstep_set_extrapolation(s, 0, 0, 0, NULL) == 0 && dynstep_start(s, N, 0.0, q0, v0) == 0);
+    REFUSES(dynstep_begin_controlled(s, 1.0, 1e-6, 1, 1, 0.0, 0.0, 0, NULL), bad, "no error estimate");
+    CHECK(dynstep_delete(&s) == 0);
+}
+
 int main(void)
 {
+    for (int kind = 2; kind < 6; kind++) test_controlled(kind);
+    test_refused_control();
     for (int kind = 0; kind < 4; kind++) {
         test_cuts(kind);
         test_observer(kind);

@@ -18,8 +18,8 @@ module dynstep_c_handle
    use dynstep_c_points, only: point_buffer
    use dynstep_c_systems, only: c_linear_system, c_observer, c_system
    use dynstep_flat_method, only: base_backinterpolation, method_settings
-   use dynstep_integrate, only: integration_type
-   use dynstep_kinds, only: long, wp
+   use dynstep_integrate, only: run_type
+   use dynstep_kinds, only: wp
    use dynstep_matrix, only: identity_matrix, matrix_type, zero_matrix
    use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_in_use, dynstep_invalid_handle, dynstep_invalid_input, dynstep_success, status_type
@@ -56,10 +56,9 @@ module dynstep_c_handle
       type(state_type) :: state
       type(clock_type) :: step_clock             !! of single steps
       logical :: running = .false.               !! a run was begun
-      type(integration_type) :: run
+      class(run_type), allocatable :: run        !! with steps of one length, or steps that follow an error estimate
       type(point_buffer) :: points
       integer :: recording = 0                   !! of this run: 1 yes, -1 no, 0 not known yet
-      integer(long) :: steps_before = 0          !! steps made when the run was begun
       type(status_type) :: held                  !! outcome that waits for its points
       type(status_type) :: status
       logical :: busy = .false.                  !! user functions may be active

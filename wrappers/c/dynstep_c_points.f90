@@ -1,12 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Points of a run, written straight into the caller's arrays.
 !>
-!> A call of `proceed` has room for so many points.  `allowance` tells how many steps may be
-!> made so that they fit.  Where many times t_eval lie inside one step they may not: the rest
-!> waits, and `deliver` brings it with the next call, so that no point is lost.  Multipliers are kept
-!> here for those points that were written last, and the caller may ask for them.
+!> A call of `proceed` has room for so many points.  The run tells how many steps may be made so that they fit.  Where
+!> many times t_eval lie inside one step they may not: the rest waits, and `deliver` brings it with the next call, so
+!> that no point is lost.  Multipliers are kept here for those points that were written last, and the caller may ask for
+!> them.
 module dynstep_c_points
-   use dynstep_integrate, only: control_type
    use dynstep_kinds, only: long, wp
    use dynstep_status, only: dynstep_no_memory, status_type
    use dynstep_stepper, only: state_type
@@ -33,7 +32,6 @@ module dynstep_c_points
       procedure :: record => buffer_record
       procedure :: clear => buffer_clear
       procedure :: deliver => buffer_deliver
-      procedure :: allowance => buffer_allowance
       procedure :: holds_back => buffer_holds_back
    end type point_buffer
 
@@ -111,33 +109,4 @@ contains
       class(point_buffer), intent(in) :: self
       buffer_holds_back = self%waiting%count > 0
    end function buffer_holds_back
-
-   !> Steps of which the points fit into the room that is left: no point waits but those of
-   !> one step that holds more of them than there is room for.  The end of a run, planned or
-   !> not, records one point more, and it does so before the last of the points counted on
-   !> here.
-   pure integer function buffer_allowance(self, control, t, steps_made)
-      class(point_buffer), intent(in) :: self
-      type(control_type), intent(in) :: control
-      real(wp), intent(in) :: t                       !! present time
-      integer(long), intent(in) :: steps_made         !! since the run was begun
-      integer(long) :: room, steps, first_without
-      real(wp) :: ahead
-
-      buffer_allowance = 0
-      room = self%capacity - self%count
-      if (room < 1) return
-      steps = huge(buffer_allowance)
-      if (allocated(control%t_eval)) then
-         first_without = self%total + room + 1
-         if (first_without <= size(control%t_eval)) then
-            ahead = (control%t_eval(first_without) - t)/control%h
-            steps = max(1_long, int(min(ahead, real(steps, wp)), long))
-         end if
-      else if (control%every > 0) then
-         if (self%total == 0) room = room - 1         ! the start
-         steps = room*control%every - mod(steps_made, int(control%every, long))
-      end if
-      buffer_allowance = int(max(0_long, min(steps, int(huge(buffer_allowance), long))))
-   end function buffer_allowance
 end module dynstep_c_points

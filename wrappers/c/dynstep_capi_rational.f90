@@ -12,7 +12,7 @@ module dynstep_capi_rational
    implicit none
    private
 
-   public :: dynstep_set_pade, dynstep_set_backinterpolation
+   public :: dynstep_set_pade, dynstep_set_backinterpolation, dynstep_set_listing_estimate
 
    integer, parameter :: most_pade_degree = 8, most_order = 5
 
@@ -59,6 +59,20 @@ contains
       s%method%bi = backinterpolation_settings(p=int(p), q=int(q), alpha=alpha, halves=int(halves))
       call change(s)
    end function dynstep_set_backinterpolation
+
+   recursive function dynstep_set_listing_estimate(handle, listing) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: listing
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      call check_range('listing', listing, 0, 1, s%status)
+      code = s%status%code
+      if (code /= dynstep_success) return
+      s%method%listing_sign = listing == 1
+      call change(s)
+   end function dynstep_set_listing_estimate
 
    !> Between 0 and 1; no comparison with a NaN, which may trap
    pure logical function is_share(x)

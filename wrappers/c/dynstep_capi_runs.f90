@@ -6,15 +6,17 @@ module dynstep_capi_runs
       & c_null_funptr, c_null_ptr, c_ptr
    use dynstep_c_handle, only: check_started, integrator_type, reach
    use dynstep_c_systems, only: c_observer_function
-   use dynstep_integrate, only: control_type
+   use dynstep_controlled_run, only: controlled_run_type
+   use dynstep_integrate, only: control_type, integration_type
    use dynstep_kinds, only: long, wp
-   use dynstep_status, only: dynstep_invalid_input, dynstep_more, dynstep_success
+   use dynstep_status, only: dynstep_invalid_input, dynstep_more, dynstep_success, status_type
+   use dynstep_step_control, only: step_control_type
    use dynstep_stepper, only: multiplier_counts
    use dynstep_text, only: text
    implicit none
    private
 
-   public :: dynstep_set_observer, dynstep_run, dynstep_begin, dynstep_proceed
+   public :: dynstep_set_observer, dynstep_run, dynstep_begin, dynstep_begin_controlled, dynstep_proceed
 
 contains
 
@@ -58,38 +60,87 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       type(control_type) :: control
-      real(c_double), pointer :: times(:)
 
       code = reach(handle, s)
       if (code /= dynstep_success) return
       control%h = h
       control%every = every
-      if (n_eval < 0) then
-         call s%status%set(dynstep_invalid_input, 'n_eval = '//text(n_eval)//' must be 0 or more')
-      else if (n_eval > 0 .and. .not. c_associated(t_eval)) then
-         call s%status%set(dynstep_invalid_input, 't_eval is NULL')
-      else if (n_eval > 0) then
-         call c_f_pointer(t_eval, times, [n_eval])
-         control%t_eval = times
-         control%every = 1
-      end if
-      if (.not. s%status%failed()) call begin(s, t_end, control)
+      call take_times(n_eval, t_eval, control%t_eval, s%status)
+      if (allocated(control%t_eval)) control%every = 1
+      call begin(s, t_end, control)
       code = s%status%code
    end function dynstep_begin
 
+   recursive function dynstep_begin_controlled(handle, t_end, tolerance, controller, safety_place, h_first, h_max, n_eval, &
+      & t_eval) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      real(c_double), value :: t_end, tolerance
+      integer(c_int), value :: controller, safety_place
+      real(c_double), value :: h_first, h_max
+      integer(c_int), value :: n_eval
+      type(c_ptr), value :: t_eval
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      type(step_control_type) :: control
+      type(controlled_run_type), allocatable :: run
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      control%tolerance = tolerance
+      control%controller = controller
+      control%safety_place = safety_place
+      control%h_first = h_first
+      control%h_max = h_max
+      call take_times(n_eval, t_eval, control%t_eval, s%status)
+      call check_started(s)
+      if (.not. s%status%failed()) then
+         allocate (run)
+         call run%begin(s%stepper, s%sys, s%state, t_end, control, s%status)
+         call move_alloc(run, s%run)
+         call make_ready(s)
+      end if
+      code = s%status%code
+   end function dynstep_begin_controlled
+
+   !> Times of the caller; not allocated where there are none
+   recursive subroutine take_times(n_eval, t_eval, times, status)
+      integer(c_int), intent(in) :: n_eval
+      type(c_ptr), intent(in) :: t_eval
+      real(wp), allocatable, intent(out) :: times(:)
+      type(status_type), intent(inout) :: status
+      real(c_double), pointer :: given(:)
+      if (n_eval < 0) then
+         call status%set(dynstep_invalid_input, 'n_eval = '//text(n_eval)//' must be 0 or more')
+      else if (n_eval > 0 .and. .not. c_associated(t_eval)) then
+         call status%set(dynstep_invalid_input, 't_eval is NULL')
+      else if (n_eval > 0) then
+         call c_f_pointer(t_eval, given, [n_eval])
+         times = given
+      end if
+   end subroutine take_times
+
+   !> A run with steps of one length
    recursive subroutine begin(s, t_end, control)
       type(integrator_type), intent(inout) :: s
       real(wp), intent(in) :: t_end
       type(control_type), intent(in) :: control
+      type(integration_type), allocatable :: run
       call check_started(s)
       if (s%status%failed()) return
-      call s%run%begin(s%sys, s%state, t_end, control, s%status)
+      allocate (run)
+      call run%begin(s%sys, s%state, t_end, control, s%status)
+      call move_alloc(run, s%run)
+      call make_ready(s)
+   end subroutine begin
+
+   !> s%run was begun, or could not be
+   recursive subroutine make_ready(s)
+      type(integrator_type), intent(inout) :: s
       s%running = .not. s%status%failed()
       s%recording = 0
-      s%steps_before = s%stepper%count%steps
       call s%points%clear()
       s%held%code = dynstep_more
-   end subroutine begin
+   end subroutine make_ready
 
    recursive function dynstep_proceed(handle, max_steps, capacity, count, t_out, q_out, v_out, a_out) &
       & result(code) bind(c)
@@ -159,6 +210,7 @@ contains
    recursive subroutine go_on_recording(s, max_steps)
       type(integrator_type), intent(inout) :: s
       integer, intent(in) :: max_steps
+      integer(long) :: steps_before, made, steps, room
 
       call s%points%deliver()
       if (s%points%holds_back()) then
@@ -170,8 +222,17 @@ contains
          s%held%code = dynstep_more
          return
       end if
-      call go_on(s, min(max_steps, s%points%allowance(s%run%control, s%state%t, &
-         & s%stepper%count%steps - s%steps_before)), .true.)
+      steps_before = s%stepper%count%steps
+      made = 0
+      do
+         room = s%points%capacity - s%points%count
+         steps = 0
+         if (room > 0) steps = min(max_steps - made, s%run%steps_for(s%state, s%points%total, room))
+         call go_on(s, int(steps), .true.)
+         made = s%stepper%count%steps - steps_before
+         if (s%status%code /= dynstep_more .or. s%points%holds_back() .or. s%points%count == s%points%capacity .or. &
+            & made >= max_steps) exit
+      end do
       if (s%points%holds_back() .and. s%status%code /= dynstep_more) s%held = s%status
       if (s%points%holds_back() .or. (s%status%code == dynstep_more .and. s%points%count == s%points%capacity)) &
          & call say_full(s)

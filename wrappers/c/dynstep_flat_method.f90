@@ -43,6 +43,7 @@ module dynstep_flat_method
       type(alpha_settings) :: alpha
       integer :: pade_p = 4, pade_q = 4          !! degrees of numerator and denominator
       type(backinterpolation_settings) :: bi
+      logical :: listing_sign = .false.          !! of the error estimate of backinterpolation
       type(newton_options) :: newton
       integer :: levels = 0                      !! 0: no extrapolation
       integer :: sequence = 0                    !! see dynstep_sequences
@@ -104,6 +105,7 @@ contains
          bi%q = settings%bi%q
          bi%alpha = settings%bi%alpha
          bi%halves = settings%bi%halves
+         bi%listing_sign = settings%listing_sign
          bi%newton = settings%newton
          call move_alloc(bi, stepper)
       case default

@@ -113,6 +113,16 @@ enum dynstep_halves {                /* of dynstep_set_backinterpolation */
     DYNSTEP_HALVES_FEHLBERG = 2      /* RKF45's fifth order both ways, as in the thesis's listings */
 };
 
+enum dynstep_controller {            /* of dynstep_begin_controlled: the next step after one with the error err */
+    DYNSTEP_STANDARD = 1,            /* 0.8 h (tau/err)^k */
+    DYNSTEP_PI = 2                   /* 0.8 h (tau/err)^(0.3 k) (err_before/err)^(0.4 k) */
+};
+
+enum dynstep_safety_place {          /* of the 0.8 in DYNSTEP_PI */
+    DYNSTEP_SAFETY_IN_FRONT = 1,     /* as above */
+    DYNSTEP_SAFETY_INSIDE = 2        /* h (0.8 tau/err)^(0.3 k) ..., as in the thesis's listings */
+};
+
 enum dynstep_variant {               /* of dynstep_set_soi2 */
     DYNSTEP_SOI2 = 1,                /* Jay & Negrut 2008, eqs. (13), (14) */
     DYNSTEP_REDUCED = 2,             /* their section 6: one set of multipliers psi */
@@ -434,7 +444,12 @@ int dynstep_set_pade(intptr_t handle, int p, int q);
  *   halves   enum dynstep_halves; p and q are not read for DYNSTEP_HALVES_FEHLBERG */
 int dynstep_set_backinterpolation(intptr_t handle, int p, int q, double alpha, int halves);
 
-/* Extrapolation of order 2*levels over the method above.
+/* Error estimate of DYNSTEP_HALVES_FEHLBERG.  listing = 0, the default: the sum of the errors of both halves, which is
+ * the error of the step; 1: their difference, as in the thesis's listings, which nearly vanishes at alpha = 1/2. */
+int dynstep_set_listing_estimate(intptr_t handle, int listing);
+
+/* Extrapolation over the method above, which is symmetric: each level but the first adds 2 to its order, so that it is
+ * 2*levels over a method of order 2.
  *   levels             1..DYNSTEP_MAX_LEVELS; 0 takes the extrapolation away
  *   sequence           enum dynstep_sequence
  *   ncustom, custom    for DYNSTEP_CUSTOM: increasing numbers, 1..30000, of which `levels` are read; else 0,
@@ -576,7 +591,23 @@ int dynstep_run(intptr_t handle, double t_end, double h);
  *                 every = 0: the last point alone */
 int dynstep_begin(intptr_t handle, double t_end, double h, int every, int n_eval, const double *t_eval);
 
-/* Go on with the run that was begun, for at most max_steps >= 1 steps, until t_end, until the room is used
+/* Begin a run to t_end in steps whose length follows the error estimate of the method (Xie 1995, section 3.4), from the
+ * present point; make no step.  Backinterpolation and extrapolations of 2 levels or more have an estimate, others are
+ * refused (DYNSTEP_FACT_ERROR_ORDER tells).
+ *   tolerance       > 0.  A step may have the error tau = tolerance*max(|y|, 1), |y| the largest component of y (of q and v);
+ *                   one with a larger error is a rejection: it is thrown away, and a shorter one tried.  Errors of steps add
+ *                   up along the run.
+ *   controller      enum dynstep_controller; k = 1/(e + 1), e the order of the estimate
+ *   safety_place    enum dynstep_safety_place, of DYNSTEP_PI
+ *   h_first         first step, of the sign of t_end - t; 0: (t_end - t)/128
+ *   h_max           longest step; 0: |t_end - t|/16
+ *   n_eval, t_eval  as above; n_eval = 0: the start and each step are recorded
+ * A step that fails is tried again with half its length where that may help.  DYNSTEP_STEP_TOO_SMALL: that came to the
+ * rounding of t. */
+int dynstep_begin_controlled(intptr_t handle, double t_end, double tolerance, int controller, int safety_place,
+                             double h_first, double h_max, int n_eval, const double *t_eval);
+
+/* Go on with the run that was begun, of either kind, for at most max_steps >= 1 steps, until t_end, until the room is used
  * up, or until something happens.
  *   capacity        room for points in the arrays below
  *   *count          points written by this call, 0..capacity
