@@ -1,9 +1,11 @@
 C     SPDX-License-Identifier: BSD-3-Clause
-C     DSBINT: Jacobians of all kinds, orders, output, what is refused;
+C     DSBINT: Jacobians of all kinds, orders, output, control of the
+C     step, what is refused;
 C     and DSPADE against DSNEXL.
       PROGRAM DSODES
       EXTERNAL F, JAC, OUT, LOAD, DSNONE
       INTEGER IOPT(30), IPAR(3), ICNT(10), IDID, NPASS, NFAIL, I, K
+      INTEGER NSTEPS(5)
       DOUBLE PRECISION T, Y(3), YP(3), YR(3), ROPT(14), RPAR(200), E
       DOUBLE PRECISION AMD(3), AKB(3,3), Q(3), V(3), A(3), QR(3)
       CHARACTER*160 TEXT
@@ -85,8 +87,43 @@ C     A subroutine that gives up: T, Y are those of the last good step
      1            .AND. INDEX(TEXT, 'rhs') .GT. 0, 'gives up', NPASS,
      2            NFAIL)
 
+C     Steps that follow the error: standard, PI, PI as listed, with
+C     either estimate of Fehlberg's halves; each has its own steps
+      DO 25 K = 1, 5
+         CALL CLEAR (IOPT, ROPT, IPAR, T, Y)
+         IOPT(1) = 1
+         IOPT(9) = 1
+         IF (K .EQ. 2 .OR. K .EQ. 3) IOPT(9) = 2
+         IF (K .EQ. 3) IOPT(10) = 1
+         IF (K .GT. 3) IOPT(5) = 1
+         IF (K .EQ. 5) IOPT(11) = 1
+         ROPT(2) = 1.0D-7
+         ROPT(4) = 1.0D0
+         CALL DSBINT (3, F, DSNONE, OUT, T, Y, YP, 2.0D0, 1.0D0,
+     1                IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
+         E = ABS(Y(1) - YR(1)) + ABS(Y(2) - YR(2)) + ABS(Y(3) - YR(3))
+         CALL CHECK (IDID .EQ. 0 .AND. T .EQ. 2.0D0 .AND. IPAR(1) .EQ.
+     1               ICNT(1) + 1, 'control', NPASS, NFAIL)
+         CALL CHECK (K .EQ. 5 .OR. (E .LT. 1.0D-7*ICNT(1) .AND.
+     1               ICNT(3) .GT. 0), 'its error', NPASS, NFAIL)
+         NSTEPS(K) = ICNT(1)
+   25 CONTINUE
+      CALL CHECK (NSTEPS(1) .NE. NSTEPS(2) .AND. NSTEPS(2) .NE.
+     1            NSTEPS(3) .AND. NSTEPS(5) .LT. NSTEPS(4),
+     2            'ways to control', NPASS, NFAIL)
+      CALL CLEAR (IOPT, ROPT, IPAR, T, Y)
+      IOPT(2) = 2
+      IOPT(9) = 1
+      ROPT(2) = 1.0D-7
+      ROPT(11) = 0.25D0
+      ROPT(12) = 0.75D0
+      CALL DSBINT (3, F, DSNONE, OUT, T, Y, YP, 2.0D0, 0.0D0,
+     1             IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
+      CALL CHECK (IDID .EQ. 0 .AND. IPAR(1) .EQ. 2 .AND. RPAR(3) .EQ.
+     1            0.75D0 .AND. ICNT(1) .GE. 16, 'times', NPASS, NFAIL)
+
 C     What is out of range is named
-      DO 30 K = 1, 7
+      DO 30 K = 1, 13
          CALL CLEAR (IOPT, ROPT, IPAR, T, Y)
          I = 3
          IF (K .EQ. 1) IOPT(5) = 2
@@ -98,6 +135,13 @@ C     What is out of range is named
          IF (K .EQ. 5) IOPT(17) = 3
          IF (K .EQ. 6) ROPT(3) = -1.0D0
          IF (K .EQ. 7) I = 0
+         IF (K .GE. 8) IOPT(9) = 1
+         IF (K .GE. 9) ROPT(2) = 1.0D-6
+         IF (K .EQ. 9) IOPT(9) = 3
+         IF (K .EQ. 10) IOPT(10) = 2
+         IF (K .EQ. 11) IOPT(11) = -1
+         IF (K .EQ. 12) ROPT(4) = -1.0D0
+         IF (K .EQ. 13) IOPT(1) = 2
          CALL DSBINT (I, F, DSNONE, DSNONE, T, Y, YP, 2.0D0, 0.1D0,
      1                IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
          CALL CHECK (IDID .EQ. -1 .AND. T .EQ. 0.0D0 .AND.

@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> DSBINT solves Y' = F(T,Y) from T to TEND with steps of one length, by backinterpolation: a
-!> half-step forward over ALPHA*H, and one backward over (1 - ALPHA)*H from the unknown end of
-!> the step to the same point.  For FORTRAN 77 programs; nothing is kept between calls.
+!> DSBINT solves Y' = F(T,Y) from T to TEND by backinterpolation: a half-step forward over
+!> ALPHA*H, and one backward over (1 - ALPHA)*H from the unknown end of the step to the same
+!> point.  Steps have one length, or follow an error estimate.  For FORTRAN 77 programs; nothing
+!> is kept between calls.
 !>
 !>      SUBROUTINE DSBINT (N, F, JAC, OUT, T, Y, YP, TEND, H,
 !>     1                   IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
@@ -20,7 +21,8 @@
 !>   Y       in: the unknowns at the first T.  Out: at the last
 !>   YP      out: Y' at the last T
 !>   TEND    where to end, on either side of T
-!>   H       step length, of the sign of TEND - T; the last step is shorter if need be
+!>   H       step length, of the sign of TEND - T; the last step is shorter if need be.  Where
+!>           IOPT(9) > 0: the first step; 0.0D0: (TEND - T)/128
 !>   IOPT    options, all 0 by default (below)
 !>   ROPT    options, all 0.0D0 by default (below)
 !>   RPAR, IPAR   passed through to the subroutines, any length of 1 or more
@@ -57,14 +59,25 @@
 !>   (6)   order of the half forward, 1 to 5                                          (4)
 !>   (7)   order of the half backward, 1 to 5                                         (4)
 !>   (8)   1: ALPHA is in ROPT(1)                                                   (1/2)
+!>   (9)   0: steps of length H.  1, 2: steps whose error estimate is ROPT(2)*max(|Y|, 1) at
+!>         most, |Y| the largest component; 1 by the standard rule
+!>         H = 0.8 H (TAU/ERR)**K, 2 by the PI rule
+!>         H = 0.8 H (TAU/ERR)**(0.3 K) (ERR1/ERR)**(0.4 K), ERR1 that of the step before.
+!>         Steps that are thrown away are counted in ICNT(3); OUT is called at each step
+!>         (IOPT(1) = 1) or at times (IOPT(2))
+!>   (10)  place of 0.8 in the PI rule: 0 in front, 1 beside TAU, as in the thesis's listing
+!>   (11)  where IOPT(5) = 1, the error estimate is 0: the sum of those of both halves, 1: their
+!>         difference, as in the listings, which nearly vanishes at ALPHA = 1/2
 !>   (16)  Jacobian: 1 diagonal, 2 band, 3 dense                                  (dense)
 !>   (17), (18)   KL and KU of the Jacobian
 !>   (20)  1: JAC gives the Jacobian                                      (differences do)
 !>
 !> ROPT    0.0D0 is the default
 !>   (1)          ALPHA, 0 to 1, read where IOPT(8) = 1
+!>   (2)          tolerance of a step, where IOPT(9) > 0; must then be given
 !>   (3)          tolerance of the iteration, relative to the largest component of Y
 !>                                                                            (to round-off)
+!>   (4)          longest step, where IOPT(9) > 0                        (|TEND - T|/16)
 !>   (11) ...     times for OUT
 !>
 !> With equal orders up to 4 and ALPHA = 1/2 undamped modes keep their amplitude, whatever H is;

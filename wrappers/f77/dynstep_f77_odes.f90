@@ -3,7 +3,7 @@
 module dynstep_f77_odes
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_backinterpolation, only: halves_fehlberg, halves_taylor
-   use dynstep_f77_options, only: check_size, check_structure, describe_newton, describe_output
+   use dynstep_f77_options, only: check_not_negative, check_size, check_structure, describe_newton, describe_output
    use dynstep_f77_run, only: give_counts, start_and_integrate
    use dynstep_f77_systems, only: f77_output
    use dynstep_flat_method, only: base_backinterpolation, build_method, method_settings
@@ -12,6 +12,7 @@ module dynstep_f77_odes
    use dynstep_matrix, only: kind_dense, matrix_type
    use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input, status_type
+   use dynstep_step_control, only: controller_pi, controller_standard, safety_in_front, safety_inside, step_control_type
    use dynstep_stepper, only: allocate_state, state_type, stepper_type
    use dynstep_text, only: text
    implicit none
@@ -57,8 +58,9 @@ module dynstep_f77_odes
    end type f77_ode_output
 
    ! Places in IOPT and ROPT, see the prologue of DSBINT
-   integer, parameter :: at_halves = 5, at_forward = 6, at_backward = 7, at_share = 8, at_jacobian = 16, at_given = 20
-   integer, parameter :: at_alpha = 1
+   integer, parameter :: at_halves = 5, at_forward = 6, at_backward = 7, at_share = 8, at_control = 9, &
+      & at_safety = 10, at_listing = 11, at_jacobian = 16, at_given = 20
+   integer, parameter :: at_every = 1, at_alpha = 1, at_step_tolerance = 2, at_longest = 4
    integer, parameter :: most_order = 5
 
 contains
@@ -120,14 +122,23 @@ contains
       class(stepper_type), allocatable :: stepper
       type(state_type) :: state
       type(control_type) :: control
+      type(step_control_type), allocatable :: step_control     ! absent where steps have one length
       type(status_type) :: status
       logical :: wanted
+      real(wp) :: span_h
 
       icnt(:10) = 0
       call check_size(n, status)
       call check_structure('the Jacobian', at_jacobian, n, iopt, .false., status)
       call describe_backinterpolation(iopt, ropt, stepper, status)
-      call describe_output(t, tend, h, iopt, ropt, control, wanted, status)
+      call describe_control(h, iopt, ropt, step_control, status)
+      span_h = h
+      ! the first step may be left to the library
+      if (allocated(step_control) .and. ieee_is_finite(h)) then
+         if (abs(h) <= 0.0_wp) span_h = sign(1.0_wp, tend - t)
+      end if
+      call describe_output(t, tend, span_h, iopt, ropt, control, wanted, status)
+      if (allocated(step_control) .and. allocated(control%t_eval)) step_control%t_eval = control%t_eval
       if (.not. status%failed()) then
          sys%n = n
          sys%rhs_external => f
@@ -144,7 +155,8 @@ contains
       if (.not. status%failed()) then
          state%t = t
          state%y = y(1:n)
-         call start_and_integrate(sys, stepper, output, state, tend, control, wanted, rpar, ipar, status)
+         call start_and_integrate(sys, stepper, output, state, tend, control, wanted, rpar, ipar, status, &
+            & step_control)
          if (stepper%is_started) then
             t = state%t
             y(1:n) = state%y
@@ -177,9 +189,46 @@ contains
             & //', ALPHA, must lie between 0 and 1')
          method%bi%alpha = ropt(at_alpha)
       end if
+      call check_option(at_listing, 'the sign of the error estimate', 1, iopt, status)
+      method%listing_sign = iopt(at_listing) /= 0
       call describe_newton(iopt, ropt, method%newton, status)
       if (.not. status%failed()) call build_method(method, stepper)
    end subroutine describe_backinterpolation
+
+   !> Steps that follow the error estimate, where IOPT asks for them
+   recursive subroutine describe_control(h, iopt, ropt, step_control, status)
+      real(wp), intent(in) :: h                    !! first step, or 0
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(in) :: ropt(*)
+      type(step_control_type), allocatable, intent(out) :: step_control
+      type(status_type), intent(inout) :: status
+      call check_option(at_control, 'the control of the step', controller_pi, iopt, status)
+      call check_option(at_safety, 'the place of 0.8', 1, iopt, status)
+      if (status%failed() .or. iopt(at_control) == 0) return
+      allocate (step_control)
+      step_control%controller = merge(controller_standard, controller_pi, iopt(at_control) == controller_standard)
+      step_control%safety_place = merge(safety_in_front, safety_inside, iopt(at_safety) == 0)
+      step_control%h_first = h
+      call check_not_negative(at_step_tolerance, 'the tolerance of steps', ropt, status)
+      call check_not_negative(at_longest, 'the longest step', ropt, status)
+      if (.not. status%failed() .and. abs(ropt(at_step_tolerance)) <= 0.0_wp) call status%set(dynstep_invalid_input, &
+         & 'ROPT('//text(at_step_tolerance)//'), the tolerance of steps, must be given where IOPT('//text(at_control) &
+         & //') = '//text(iopt(at_control)))
+      step_control%tolerance = ropt(at_step_tolerance)
+      step_control%h_max = ropt(at_longest)
+      if (iopt(at_every) > 1) call status%set(dynstep_invalid_input, 'IOPT('//text(at_every)//') = '//text(iopt(at_every)) &
+         & //': where the step is controlled, OUT is called at each step, 1, or at times, IOPT(2)')
+   end subroutine describe_control
+
+   !> 0 <= IOPT(at) <= most
+   recursive subroutine check_option(at, name, most, iopt, status)
+      integer, intent(in) :: at, most
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: iopt(*)
+      type(status_type), intent(inout) :: status
+      if (iopt(at) >= 0 .and. iopt(at) <= most) return
+      call status%set(dynstep_invalid_input, 'IOPT('//text(at)//') = '//text(iopt(at))//', '//name//', must be 0 to '//text(most))
+   end subroutine check_option
 
    recursive subroutine take_order(at, direction, iopt, order, status)
       integer, intent(in) :: at

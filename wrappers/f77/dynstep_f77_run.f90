@@ -4,16 +4,18 @@
 !> The drivers are external procedures, which F77 programs call without an interface; the
 !> procedures here have one, as dummy arguments with TARGET need.
 module dynstep_f77_run
+   use dynstep_controlled_run, only: controlled_run_type
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_f77_options, only: check_levels, check_span, describe_external, describe_levels, describe_linear, &
       & describe_method, describe_output, describe_pade
    use dynstep_f77_systems, only: f77_force, f77_linear_system, f77_load, f77_mass, f77_out, f77_output, &
       & f77_system, f77_tangent
-   use dynstep_integrate, only: control_type, integrate
+   use dynstep_integrate, only: control_type, integrate, integration_type, run_type
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_stopped, status_type
+   use dynstep_step_control, only: step_control_type
    use dynstep_stepper, only: allocate_state, state_type, step_counters, stepper_type
    use dynstep_text, only: text
    implicit none
@@ -198,7 +200,8 @@ contains
    end subroutine advance
 
    !> From `state`, which has t and y, to TEND, by a stepper that is initialised
-   recursive subroutine start_and_integrate(sys, stepper, output, state, tend, control, wanted, rpar, ipar, status)
+   recursive subroutine start_and_integrate(sys, stepper, output, state, tend, control, wanted, rpar, ipar, status, &
+      & step_control)
       class(ode_system), intent(inout) :: sys
       class(stepper_type), intent(inout) :: stepper
       class(f77_output), intent(inout) :: output          !! with the subroutine OUT
@@ -209,15 +212,28 @@ contains
       real(wp), intent(inout), target :: rpar(*)
       integer, intent(inout), target :: ipar(*)
       type(status_type), intent(inout) :: status
+      type(step_control_type), intent(in), optional :: step_control   !! steps follow the error estimate; else `control`
+      type(integration_type), allocatable :: even
+      type(controlled_run_type), allocatable :: controlled
+      class(run_type), allocatable :: run
       call stepper%start(sys, state, status)
       if (.not. stepper%is_started) return
+      if (present(step_control)) then
+         allocate (controlled)
+         call controlled%begin(stepper, sys, state, tend, step_control, status)
+         call move_alloc(controlled, run)
+      else
+         allocate (even)
+         call even%begin(sys, state, tend, control, status)
+         call move_alloc(even, run)
+      end if
       output%n = sys%n
       output%rpar => rpar(1:1)
       output%ipar => ipar(1:1)
       if (wanted) then
-         call integrate(stepper, sys, state, tend, control, status, recorder=output)
+         call run%proceed(stepper, sys, state, status, recorder=output)
       else
-         call integrate(stepper, sys, state, tend, control, status)
+         call run%proceed(stepper, sys, state, status)
       end if
       if (output%stopped) call status%set(dynstep_stopped, 'OUT asked to stop; the run ended at t = '//text(state%t))
    end subroutine start_and_integrate
