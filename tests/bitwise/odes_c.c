@@ -31,13 +31,16 @@ static void print(const double *x, int n)
     }
 }
 
-static void run(intptr_t s, const char *name, int n_eval)
+static void run(intptr_t s, const char *name, int n_eval, double tolerance)
 {
     const double times[4] = {0.1, 0.11, 0.5, 1.99}, y0[N] = {2.0, 3.0};
     double t[5], y[5 * N], yp[5 * N];
     int count, code;
     must(dynstep_start_ode(s, N, 0.0, y0));
-    must(dynstep_begin(s, 2.0, 0.03125, 1, n_eval, times));
+    if (tolerance > 0.0)
+        must(dynstep_begin_controlled(s, 2.0, tolerance, DYNSTEP_PI, DYNSTEP_SAFETY_IN_FRONT, 0.125, 0.0, n_eval, times));
+    else
+        must(dynstep_begin(s, 2.0, 0.03125, 1, n_eval, times));
     do {
         must(code = dynstep_proceed(s, 7, 5, &count, t, y, NULL, yp));      /* in small pieces */
         for (int i = 0; i < count; i++) {
@@ -54,10 +57,11 @@ int main(void)
 {
     intptr_t s = dynstep_new_ode(N);
     must(dynstep_set_rhs(s, (intptr_t)rhs, 0));
-    run(s, "bi", 0);
-    run(s, "times", 4);
+    run(s, "bi", 0, 0.0);
+    run(s, "times", 4, 0.0);
+    run(s, "control", 0, 1e-6);
     must(dynstep_set_backinterpolation(s, 4, 5, 0.44, DYNSTEP_HALVES_TAYLOR));
-    run(s, "bi45", 0);
+    run(s, "bi45", 0, 0.0);
     must(dynstep_delete(&s));
     return 0;
 }

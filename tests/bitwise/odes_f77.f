@@ -3,9 +3,9 @@ C     The first-order problem of README.md by the FORTRAN 77 driver.
       PROGRAM ODES
       EXTERNAL F, OUT, DSNONE
       INTEGER IOPT(30), IPAR(1), ICNT(10), IDID, I, K
-      DOUBLE PRECISION T, Y(2), YP(2), ROPT(14), RPAR(1)
+      DOUBLE PRECISION T, Y(2), YP(2), ROPT(14), RPAR(1), H
       CHARACTER*160 TEXT
-      DO 30 K = 1, 3
+      DO 30 K = 1, 4
          DO 10 I = 1, 30
             IOPT(I) = 0
    10    CONTINUE
@@ -19,7 +19,13 @@ C     The first-order problem of README.md by the FORTRAN 77 driver.
          IPAR(1) = K
          IOPT(1) = 1
          IF (K .EQ. 2) IOPT(2) = 4
+         H = 0.03125D0
          IF (K .EQ. 3) THEN
+            IOPT(9) = 2
+            ROPT(2) = 1.0D-6
+            H = 0.125D0
+         END IF
+         IF (K .EQ. 4) THEN
             IOPT(7) = 5
             IOPT(8) = 1
             ROPT(1) = 0.44D0
@@ -27,7 +33,7 @@ C     The first-order problem of README.md by the FORTRAN 77 driver.
          T = 0.0D0
          Y(1) = 2.0D0
          Y(2) = 3.0D0
-         CALL DSBINT (2, F, DSNONE, OUT, T, Y, YP, 2.0D0, 0.03125D0,
+         CALL DSBINT (2, F, DSNONE, OUT, T, Y, YP, 2.0D0, H,
      1                IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
          IF (IDID .NE. 0) STOP 1
    30 CONTINUE
@@ -41,10 +47,10 @@ C     The first-order problem of README.md by the FORTRAN 77 driver.
       END
 
       SUBROUTINE OUT (N, T, Y, YP, RPAR, IPAR, ISTOP)
-      INTEGER N, IPAR(*), ISTOP, L(3)
+      INTEGER N, IPAR(*), ISTOP, L(4)
       DOUBLE PRECISION T, Y(N), YP(N), RPAR(*)
-      CHARACTER*5 RUN(3)
-      DATA RUN /'bi', 'times', 'bi45'/, L /2, 5, 4/
+      CHARACTER*7 RUN(4)
+      DATA RUN /'bi', 'times', 'control', 'bi45'/, L /2, 5, 7, 4/
       WRITE (*,1000) RUN(IPAR(1))(1:L(IPAR(1))), T, Y, YP
  1000 FORMAT ('e ', A, 99(1X, Z16.16))
       END

@@ -25,8 +25,8 @@ contains
 end module odes_systems
 
 program odes_fortran
-   use dynstep, only: allocate_state, control_type, integrate, new_method, state_type, status_type, stepper_type, &
-      & trajectory_type, wp
+   use dynstep, only: allocate_state, control_type, controller_pi, integrate, integrate_controlled, new_method, &
+      & state_type, status_type, step_control_type, stepper_type, trajectory_type, wp
    use odes_systems, only: predators_type
    implicit none
    type(control_type) :: control
@@ -36,12 +36,15 @@ program odes_fortran
    control%t_eval = [0.1_wp, 0.11_wp, 0.5_wp, 1.99_wp]
    call run('times', 'bi')
    deallocate (control%t_eval)
+   call run('control', 'bi', step_control_type(tolerance=1.0e-6_wp, controller=controller_pi, &
+      & h_first=0.125_wp))
    call run('bi45', 'bi45')
 
 contains
 
-   subroutine run(name, method)
+   subroutine run(name, method, step_control)
       character(len=*), intent(in) :: name, method
+      type(step_control_type), intent(in), optional :: step_control
       type(predators_type) :: sys
       class(stepper_type), allocatable :: stepper
       type(state_type) :: state
@@ -56,7 +59,11 @@ contains
       state%t = 0.0_wp
       state%y = [2.0_wp, 3.0_wp]
       call stepper%start(sys, state, status)
-      call integrate(stepper, sys, state, 2.0_wp, control, status, points)
+      if (present(step_control)) then
+         call integrate_controlled(stepper, sys, state, 2.0_wp, step_control, status, points)
+      else
+         call integrate(stepper, sys, state, 2.0_wp, control, status, points)
+      end if
       if (status%failed()) error stop 1
       do i = 1, points%count
          write (*, '(a, 1x, a, 99(1x, z16.16))') 'e', name, points%t(i), points%y(:, i), points%a(:, i)

@@ -27,8 +27,10 @@ if sys.argv[1] == "numba":
     system = numba.cfunc(dynstep.signature("rhs"))(rhs)
 else:
     system = of_python
-for name, method, t_eval in (("bi", "bi", None), ("times", "bi", [0.1, 0.11, 0.5, 1.99]), ("bi45", "bi45", None)):
-    s = dynstep.solve_ode(system, (0, 2), [2.0, 3.0], method, h=1/32, t_eval=t_eval)
+even = {"h": 1/32}
+for name, method, run in (("bi", "bi", even), ("times", "bi", {**even, "t_eval": [0.1, 0.11, 0.5, 1.99]}),
+                          ("control", "bi", {"tol": 1e-6, "controller": "pi", "h_first": 0.125}), ("bi45", "bi45", even)):
+    s = dynstep.solve_ode(system, (0, 2), [2.0, 3.0], method, **run)
     assert s.success, s.message
     for t, y, yp in zip(s.t, s.y.T, s.yp.T):
         print("e", name, *(f"{int(x):016X}" for x in np.concatenate([[t], y, yp]).view(np.uint64)))

@@ -41,7 +41,8 @@ def identity(t, q, v):
     ("h", np.inf, ValueError, "h = inf"),
     ("h", 1e-18, ValueError, "h = "),
     ("h", "0.1", TypeError, "h must be a number"),
-    ("h", None, TypeError, "h must be a number"),
+    ("h", None, ValueError, "exactly one of h and tol"),
+    ("tol", 1e-6, ValueError, "exactly one of h and tol"),
     ("h", [0.1, 0.2], TypeError, "h must be a number"),
     ("h", 0.1j, TypeError, "h must be a number"),
     ("every", -1, ValueError, "every"),
@@ -69,8 +70,8 @@ def test_solve(name, value, error, words):
         solve(SYSTEM, **{**GOOD, name: value})
 
 
-def test_h_is_required_and_keyword_only():
-    with pytest.raises(TypeError, match="h"):
+def test_h_or_tol_is_required_and_keyword_only():
+    with pytest.raises(ValueError, match="exactly one of h and tol"):
         solve(SYSTEM, (0, 1), [1, 2], [0, 0])
     with pytest.raises(TypeError, match="positional"):
         solve(SYSTEM, (0, 1), [1, 2], [0, 0], "newmark", 0.1)

@@ -50,6 +50,19 @@ def test_wrong_systems_are_named(make, error, match):
     ({"t_span": (0, 1, 2)}, ValueError, "t_span"),
     ({"h": 0.0}, ValueError, "h must not be zero"),
     ({"h": -0.1}, ValueError, "points away"),
+    ({"h": None}, ValueError, "exactly one of h and tol"),
+    ({"tol": 1e-6}, ValueError, "exactly one of h and tol"),
+    ({"h_first": 0.1}, ValueError, "go with tol"),
+    ({"h_max": 0.1}, ValueError, "go with tol"),
+    ({"controller": "pi"}, ValueError, "go with tol"),
+    ({"h": None, "tol": 0.0}, ValueError, "tol = 0 must be positive"),
+    ({"h": None, "tol": "fine"}, TypeError, "tol must be a number"),
+    ({"h": None, "tol": 1e-6, "controller": "pid"}, ValueError, "controller must be one of 'standard', 'pi'"),
+    ({"h": None, "tol": 1e-6, "h_first": -0.1}, ValueError, "h_first = -0.1.* points away"),
+    ({"h": None, "tol": 1e-6, "h_max": -0.1}, ValueError, "h_max = -0.1"),
+    ({"h": None, "tol": 1e-6, "every": 2}, ValueError, "every = 2 goes with h"),
+    ({"h": None, "tol": 1e-6, "system": LinearOde(-1.0), "method": "pade"}, ValueError, "no error estimate"),
+    ({"h": None, "tol": 1e-6, "method": BIExtrapolation(1)}, ValueError, "no error estimate"),
     ({"t_eval": [2.0]}, ValueError, r"t_eval\[0\]"),
     ({"every": -1}, ValueError, "every"),
     ({"max_steps": 0}, ValueError, "max_steps"),
@@ -141,6 +154,69 @@ def test_what_is_recorded():
     assert stopped.status == 1 and stopped.y[0, -2] >= 1.5 > stopped.y[0, -1]
     short = solve_ode(volterra, (0, 1), VOLTERRA, h=0.05, max_steps=7)
     assert not short.success and short.t.size == 8 and "max_steps = 7 steps were made, up to t = 0.35" in short.message
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("controller", ["standard", "pi"])
+@pytest.mark.parametrize("method", ["bi", "bi45", BI(3), BI(halves="fehlberg", alpha=0.4), BIExtrapolation(3, 2)])
+def test_errors_follow_the_tolerance(method, controller, direction):
+    # measured: errors of 0.001 to 1.5 tolerances, and 700 to 10000 times smaller by a tolerance 1000 times smaller
+    errors = []
+    for tol in (1e-5, 1e-8):
+        s = solve_ode(circle, (0, 2*direction), [1, 0], method, tol=tol, controller=controller, h_max=2)
+        assert s.success and s.t[-1] == 2*direction and s.counts["steps"] == s.t.size - 1 < 1200
+        assert np.all(np.diff(s.t)*direction > 0)
+        errors.append(np.abs(s.y - [np.cos(s.t), np.sin(s.t)]).max())
+        assert errors[-1] < 2*tol
+    assert errors[1] < errors[0]/500, errors
+
+
+def test_steps_that_are_controlled():
+    long = {"tol": 1e-7, "h_first": 1.0, "h_max": 1.0}
+    s = solve_ode(volterra, (0, 4), VOLTERRA, **long)
+    assert s.success and s.counts["rejections"] > 0 and s.counts["steps"] == s.t.size - 1
+    assert np.array_equal(s.yp.T, [volterra(t, y) for t, y in zip(s.t, s.y.T)])
+    first = solve_ode(volterra, (0, 4), VOLTERRA, tol=1e-7)
+    assert first.t[1] == 4/128 and np.diff(first.t).max() <= 0.25 and first.counts["rejections"] == 0
+    assert np.diff(solve_ode(volterra, (0, 4), VOLTERRA, tol=1e-3, h_max=0.0625).t).max() <= 0.0625
+    times = np.array([0.0, 0.01, 0.33, 0.33, 4.0])
+    dense = solve_ode(volterra, (0, 4), VOLTERRA, **long, dense_output=True)
+    there = solve_ode(volterra, (0, 4), VOLTERRA, **long, t_eval=times)
+    assert np.array_equal(dense.y, s.y) and np.array_equal(there.t, times) and there.counts == s.counts
+    assert np.abs(there.y - dense.sol(times)).max() < 1e-13 and np.array_equal(there.y[:, -1], s.y[:, -1])
+    assert solve_ode(volterra, (0, 4), VOLTERRA, **long, t_eval=[]).y.shape == (2, 0)
+    short = solve_ode(volterra, (0, 4), VOLTERRA, **long, max_steps=7)
+    assert not short.success and np.array_equal(short.y, s.y[:, :8]) and "max_steps = 7" in short.message
+    stopped = solve_ode(volterra, (0, 4), VOLTERRA, **long, observer=lambda t, y, yp: t > 1)
+    assert stopped.status == 1 and np.array_equal(stopped.t, s.t[:stopped.t.size]) and stopped.t[-2] <= 1 < stopped.t[-1]
+    pi = solve_ode(volterra, (0, 4), VOLTERRA, **long, controller="pi")
+    assert pi.success and pi.counts["steps"] != s.counts["steps"]
+
+
+def test_a_failing_step_is_made_shorter():
+    def root(t, y):                                      # y = 1 - t^2/4 ends at t = 2
+        if y[0] < 0:
+            raise OutOfDomain
+        return -np.sqrt(y)
+    s = solve_ode(root, (0, 3), 1.0, tol=1e-6)
+    assert not s.success and s.t[-1] == pytest.approx(2, abs=1e-2) and "step length fell" in s.message
+    assert s.counts["rejections"] > 10
+
+
+def test_mechanical_systems_are_controlled(capsys):
+    system = LinearSystem(2.0, K=8.0)
+    for method in (None, "bi", "midpoint-extrapolation"):
+        coarse, fine = (solve(system, (0, 5), 1.0, 0.0, method, tol=tol, h_max=1.0) for tol in (1e-5, 1e-9))
+        errors = [np.abs(s.q[0] - np.cos(2*s.t)).max() for s in (coarse, fine)]
+        assert coarse.success and fine.success and coarse.t.size < fine.t.size, method
+        assert errors[0] < 1e-5*coarse.t.size and errors[1] < 1e-9*fine.t.size, errors
+    solve(system, (0, 5), 1.0, 0.0, tol=1e-6, progress=True)
+    assert "step" in capsys.readouterr().err
+    for method in ("newmark", "pade"):
+        with pytest.raises(ValueError, match="no error estimate"):
+            solve(system, (0, 5), 1.0, 0.0, method, tol=1e-6)
+    with pytest.raises(ValueError, match="exactly one of h and tol"):
+        solve(system, (0, 5), 1.0, 0.0)
 
 
 @pytest.mark.parametrize("kind", ["dense", "diagonal", (1, 1), (0, 2)])
@@ -273,9 +349,10 @@ def test_exceptions_come_out_unchanged(which, error):
         run = {"system": LinearOde(-1.0, late([0.0]))}
     else:
         run = {"system": OdeSystem(1, late([0.0]) if which == "rhs" else decay, late([[1.0]]) if which == "jacobian" else None)}
-    with pytest.raises(type(error)) as caught:
-        solve_ode(**run, t_span=(0, 1), y0=1.0, h=0.1, observer=late(False) if which == "observer" else None)
-    assert caught.value is error
+    for steps in ({"h": 0.1}, {"tol": 1e-4}):
+        with pytest.raises(type(error)) as caught:
+            solve_ode(**run, t_span=(0, 1), y0=1.0, **steps, observer=late(False) if which == "observer" else None)
+        assert caught.value is error
 
 
 @pytest.mark.parametrize("value, error, match", [
@@ -354,6 +431,7 @@ def test_methods_are_values():
     for m in (BI((4, 5), 0.44), BI(halves="fehlberg"), Pade(2, 3), BIExtrapolation(3, 2), BIExtrapolation(2, 4, (1, 3))):
         assert pickle.loads(pickle.dumps(m)) == m == eval(repr(m)) and hash(m) == hash(pickle.loads(pickle.dumps(m)))
     assert Pade().order == 8 and Pade(2, 3).order == 5 and BIExtrapolation(3, 2).base == BI(1)
+    assert [BIExtrapolation(k, p).order for k, p in ((1, 2), (3, 2), (1, 4), (3, 4))] == [2, 6, 4, 8]
     assert BI().stability_limit() == Pade(2, 4).stability_limit(0.1) == BI((4, 5), 0.44).stability_limit() == np.inf
     assert BI(4, 1.0).stability_limit() == pytest.approx(np.sqrt(8)) and BI(1, 1.0).stability_limit() == 0
     assert dynstep.stability_domain("bi").is_f_stable and dynstep.stability_domain(BI(5)).a_angle == pytest.approx(77.712, abs=1e-3)

@@ -6,7 +6,7 @@ import time
 
 
 class Progress:
-    """Shows how many of `expected` steps have been made."""
+    """Shows how many of `expected` steps have been made; None: it is not known how many there will be."""
 
     def __init__(self, expected):
         self._expected = expected
@@ -35,5 +35,8 @@ class Progress:
             print(file=sys.stderr)
 
     def _line(self, made):
-        share = 100*made//max(1, self._expected)
-        print(f"\r{share:3d} % of {self._expected} steps", end="", file=sys.stderr, flush=True)
+        if self._expected is None:
+            shown = f"{made} steps"
+        else:
+            shown = f"{100*made//max(1, self._expected):3d} % of {self._expected} steps"
+        print(f"\r{shown}", end="", file=sys.stderr, flush=True)

@@ -149,7 +149,7 @@ class BIExtrapolation(Extrapolation):
     levels : int
         1 to 12.
     order : int
-        Of the base, 2 or 4: :meth:`BI.f_stable`.
+        Of the base, 2 or 4: :meth:`BI.f_stable`.  Each level but the first adds 2 to it.
     sequence : str or sequence of int
         As for :class:`NewmarkExtrapolation`.
     newton : Newton, optional
@@ -158,7 +158,7 @@ class BIExtrapolation(Extrapolation):
     Attributes
     ----------
     base : BI
-        The method that is extrapolated; `order` is that of the extrapolation.
+        The method that is extrapolated; `order` is that of the extrapolation, base.order + 2*(levels - 1).
     """
     levels: int
     base: BI

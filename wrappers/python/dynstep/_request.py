@@ -4,26 +4,77 @@
 import numpy as np
 
 from . import _core
-from ._arguments import array, flag, integer, number, vector
+from ._arguments import array, choice, flag, integer, number, vector
 from ._functions import UserFunction
 from ._handle import SUCCESS, TOO_MANY_STEPS, Handle
 from ._matrices import NOTHING
 from ._progress import Progress
 from ._record import NoRecord, Record
-from ._run import drive, expected_steps
+from ._run import MANY, drive, expected_steps
+
+
+_CONTROLLERS = {"standard": 1, "pi": 2}
+_IN_FRONT = 1                            # place of the 0.8 of "pi"
+
+
+class EvenSteps:
+    """Steps of one length."""
+
+    def __init__(self, h):
+        self._h = number("h", h)
+
+    def expected(self, t0, t1):
+        """Number of steps, for room and progress."""
+        return expected_steps(t0, t1, self._h)
+
+    def begin(self, handle, t1, every, t_eval):
+        handle.call(_core.dynstep_begin, t1, self._h, every, t_eval)
+
+
+class ControlledSteps:
+    """Steps that follow the error estimate of the method."""
+
+    def __init__(self, tol, controller, h_first, h_max):
+        tol = number("tol", tol)
+        if not tol > 0.0:
+            raise ValueError(f"tol = {tol:g} must be positive")
+        self._control = (tol, choice("controller", controller, _CONTROLLERS), _IN_FRONT,
+                         0.0 if h_first is None else number("h_first", h_first),
+                         0.0 if h_max is None else number("h_max", h_max))
+
+    def expected(self, t0, t1):
+        """None: not known."""
+        return None
+
+    def begin(self, handle, t1, every, t_eval):
+        handle.call(_core.dynstep_begin_controlled, t1, *self._control, t_eval)
+
+
+def choose_steps(h, tol, controller, h_first, h_max, every):
+    """What the arguments ask for."""
+    if (h is None) == (tol is None):
+        raise ValueError("exactly one of h and tol must be given: h for steps of one length, tol for steps that follow the "
+                         "error estimate of the method")
+    if tol is not None:
+        if every != 1:
+            raise ValueError(f"every = {every!r} goes with h; with tol choose points by t_eval")
+        return ControlledSteps(tol, controller, h_first, h_max)
+    if h_first is not None or h_max is not None or choice("controller", controller, _CONTROLLERS) != 1:
+        raise ValueError("controller, h_first and h_max go with tol, not with h")
+    return EvenSteps(h)
 
 
 class Request:
     """The arguments of a run, checked; a context, since progress is shown while it lasts."""
 
-    def __init__(self, t_span, h, t_eval, every, dense_output, max_steps, progress):
+    def __init__(self, t_span, steps, t_eval, every, dense_output, max_steps, progress):
         self.t0, self._t1 = _span(t_span)
-        self._h = number("h", h)
+        self._steps = steps
         self._every = integer("every", every, 0)
         self._t_eval = None if t_eval is None else _times(t_eval, self.t0, self._t1)
         self._dense = flag("dense_output", dense_output)
         self._max_steps = None if max_steps is None else integer("max_steps", max_steps, 1, 2**62)
-        self._expected = expected_steps(self.t0, self._t1, self._h)
+        self._expected = steps.expected(self.t0, self._t1)
         self._progress = Progress(self._expected) if flag("progress", progress) else None
 
     def __enter__(self):
@@ -41,11 +92,12 @@ class Request:
         asked = NOTHING if dense or t_eval is None else t_eval
         nothing = t_eval is not None and t_eval.size == 0 and not dense
         every = 1 if dense else self._every
-        handle.call(_core.dynstep_begin, self._t1, self._h, 0 if nothing else every, asked)
+        self._steps.begin(handle, self._t1, 0 if nothing else every, asked)
         if nothing:
             record = NoRecord(handle.sizes)
         else:
-            steps = min(self._expected, self._max_steps or self._expected)
+            expected = MANY if self._expected is None else self._expected
+            steps = min(expected, self._max_steps or expected)
             record = Record(handle.sizes, asked.size or steps//(every or steps + 1) + 3)
         return record, drive(handle, record, self._max_steps, self._progress)
 

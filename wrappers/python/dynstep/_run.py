@@ -14,10 +14,13 @@ from ._handle import COUNT_NAMES, MORE, TOO_MANY_STEPS
 _PIECE = 0.05
 _STEPS = COUNT_NAMES.index("steps")
 
+# More steps than a run has
+MANY = 10**15
+
 
 def expected_steps(t0, t1, h):
     """Number of steps of a run, for room and progress; the library counts by itself."""
-    return math.ceil(min(abs((t1 - t0)/h), 1e15)) if h else 0
+    return math.ceil(min(abs((t1 - t0)/h), MANY)) if h else 0
 
 
 def drive(handle, record, max_steps=None, progress=None):
