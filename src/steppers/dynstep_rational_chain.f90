@@ -187,7 +187,7 @@ contains
       class(linear_system), intent(in) :: sys
       type(pole_stages_type), intent(in) :: stages
       integer, intent(in) :: k
-      real(wp), intent(in) :: loads(:, :)             !! at the nodes [n, nodes]
+      real(wp), intent(in), contiguous :: loads(:, :) !! at the nodes [n, nodes]
       real(wp), intent(in) :: q(sys%n), v(sys%n)
       real(wp), intent(out) :: dq(sys%n), dv(sys%n)
       integer :: j
@@ -211,7 +211,7 @@ contains
       integer, intent(in) :: n, nodes, poles
       real(wp), intent(in) :: loads(n, nodes)
       complex(wp), intent(in) :: omega(nodes, poles)
-      real(wp), intent(inout) :: load(:, :, :)
+      real(wp), intent(inout), contiguous :: load(:, :, :)
       integer :: i, j, node
       load = 0.0_wp
       do node = 1, nodes
