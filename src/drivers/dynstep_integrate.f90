@@ -205,9 +205,8 @@ contains
                call refuse('is not finite')
             else if (direction*(te - t) < 0.0_wp .or. direction*(t_end - te) < 0.0_wp) then
                call refuse('lies outside the interval from '//text(t)//' to '//text(t_end))
-            else if (i > 1) then
-               if (direction*(te - t_eval(i - 1)) < 0.0_wp) &
-                  & call refuse('is out of order; sort t_eval in the direction of the run')
+            else if (direction*(te - t_eval(max(1, i - 1))) < 0.0_wp) then
+               call refuse('is out of order; sort t_eval in the direction of the run')
             end if
          end associate
       end do

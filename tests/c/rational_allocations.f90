@@ -27,8 +27,10 @@ program rational_allocations
       a = 0.0_wp
       do j = 1, n
          a(j, j) = -2.0_wp
-         if (j < n) a(j, j + 1) = 1.0_wp
-         if (j > 1) a(j, j - 1) = 1.0_wp
+      end do
+      do j = 2, n
+         a(j - 1, j) = 1.0_wp
+         a(j, j - 1) = 1.0_wp
       end do
       k = dense_matrix(-a(:n, :n), .true.)
       call second%set(identity_matrix(n), diagonal_matrix([(0.1_wp, j=1, n)]), k, status)
