@@ -102,8 +102,8 @@ def test_accuracy_and_damping():
     result = dynstep.damping_frequency(taylor(4, 5, 0.4), 90.0, [4.0])
     assert (result.damping[0], result.frequency[0]) == pytest.approx((-0.01022, -2.55407), abs=1e-5)
     assert result.exact_frequency == pytest.approx([4 - 2*np.pi])
-    with pytest.raises(ValueError, match="tolerance"):
-        dynstep.accuracy_domain(taylor(1, 1, 0.5), -1.0)
+    with pytest.raises(ValueError, match="tol = 0 must"):
+        dynstep.accuracy_domain(taylor(1, 1, 0.5), 0.0)
 
 
 def test_refusals():
@@ -115,6 +115,30 @@ def test_refusals():
         dynstep.stability_function("midpoint", [np.nan])
     with pytest.raises(TypeError, match="z has the type"):
         dynstep.spectral_radius("midpoint", "1")
+
+
+@pytest.mark.parametrize("result", [
+    dynstep.stability_domain(dynstep.Pade(8, 0)), dynstep.stability_domain("newmark", rays=3),
+    dynstep.stability_domain(dynstep.GeneralizedAlpha(), rays=3), dynstep.accuracy_domain(taylor(4, 5, 0.1)),
+    dynstep.damping_frequency((np.ones(2), np.ones(1)), 90.0), dynstep.damping_frequency("midpoint", r=[])])
+def test_results_print_in_a_line(result):
+    text = repr(result)
+    assert len(text) < 160 and "array" not in text and "\n" not in text and " of " in text
+
+
+@pytest.mark.parametrize("method", [
+    ([1, 1, 0.5], [1]), ([1, 1], [1]), dynstep.Pade(8, 0), dynstep.BI(5), dynstep.Pade(3, 4), "central-difference"])
+def test_plots_show_the_whole_domain(method):
+    plt = pytest.importorskip("matplotlib.pyplot")
+    domain = dynstep.stability_domain(method)
+    ax = domain.plot(plt.figure().gca())
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    crossings = [c*np.exp(1j*t) for c, t in zip(domain.crossings, np.radians(domain.angles))]
+    shown = np.concatenate([domain.poles, domain.zeros, *domain.boundary, *crossings])
+    assert left < shown.real.min() and shown.real.max() < right and low < shown.imag.min() and shown.imag.max() < high
+    if domain.real_limit < np.inf:
+        assert left < -domain.real_limit
+    plt.close("all")
 
 
 def test_plots():

@@ -6,6 +6,7 @@ import numpy as np
 from ._arguments import choice, integer
 
 _MOST_LINES = 10
+_FARTHEST_SAMPLE = 40.0          # |z| of crossings that a picture of a sampled domain shows
 _FLOOR = 1e-18                   # drawn in place of a residual of zero
 
 
@@ -90,11 +91,21 @@ def plot_domain(domain, ax, extent):
 
 
 def _extent(domain):
-    points = np.concatenate([domain.poles, domain.zeros, *domain.boundary, [1.0, -1.0]])
+    """Poles, zeros and the boundary, all of it where the domain is bounded; else no farther than four times the poles and
+    zeros, so that these can be seen."""
+    features = np.concatenate([domain.poles, domain.zeros, [1.0, -1.0]])
+    crossings = [c*np.exp(1j*t) for c, t in zip(domain.crossings, np.radians(domain.angles))]
+    edge = np.concatenate([*crossings, *domain.boundary, [0.0]])
     if not domain.is_certified:
-        points = np.array([-10.0, 10.0, 10.0j])
-    size = min(1.15*np.abs(points).max(), 4.0*max(2.0, np.abs(domain.poles).max(initial=2.0)))
-    return -0.6*size, size, -0.8*size, 0.8*size
+        farthest = _FARTHEST_SAMPLE
+        if edge.size == 1:
+            features = np.array([-10.0, 10.0, 10.0j])
+    else:
+        farthest = np.inf if domain.r_infinity > 1.0 + 1e-9 else 4.0*max(2.0, np.abs(features).max())
+    shown = np.concatenate([features, edge[np.abs(edge) <= farthest]])
+    left, right, high = shown.real.min(), shown.real.max(), np.abs(shown.imag).max()
+    margin = 0.1*max(right - left, 2.0*high)
+    return left - margin, right + margin, -high - margin, high + margin
 
 
 def plot_accuracy(domain, ax, style):
@@ -113,7 +124,7 @@ def plot_accuracy(domain, ax, style):
 def plot_damping(result, axes, style):
     plt = _pyplot("plot()")
     if axes is None:
-        axes = plt.gcf().subplots(1, 2)
+        axes = plt.gcf().subplots(1, 2, gridspec_kw={"wspace": 0.4})      # room for the right label
     pairs = ((result.damping, result.exact_damping, "damping"), (result.frequency, result.exact_frequency, "frequency"))
     for ax, (of_method, exact, name) in zip(axes, pairs):
         ax.plot(result.r, exact, color="0.4", lw=1.0, label="exact")

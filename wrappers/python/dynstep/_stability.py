@@ -23,31 +23,69 @@ _SAMPLED_RADII = np.logspace(-2, 3, 201)
 _SAMPLED_GROWTH = 1e-9               # a spectral radius is the root of a discriminant: half of the digits
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StabilityDomain:
     """Where |R(z)| <= 1, z = h*lambda: the step does not make a motion e^(lambda t) larger.
 
-    The upper half-plane; the lower one is its mirror image.
+    z has no unit.  The rays are those of the upper half-plane; the lower one is its mirror image.
+
+    Attributes
+    ----------
+    method : Method, str or (num, den)
+        What was asked for.
+    is_certified : bool
+        Found by the signs of polynomials; False: sampled on the rays alone.
+    angles : ndarray, shape (rays,)
+        Of rays from z = 0, in degrees from the positive real axis, 0 to 180.
+    crossings : list of ndarray
+        For each ray |z| where it goes into the domain or out, ascending; their number differs from ray to ray.
+    begins : ndarray of int, shape (rays,)
+        For each ray 1: stable near z = 0, -1: not, 0: |R| = 1 all along.
+    a_angle : float
+        |R| <= 1 for |arg(-z)| <= a_angle, in degrees, 0 to 90.
+    is_a_stable, is_i_stable, is_f_stable, is_l_stable : bool
+        |R| <= 1 for Re z <= 0; on the imaginary axis; for Re z <= 0 and for no other z; for Re z <= 0, and R(infinity) = 0.
+    r_infinity : float
+        |R(infinity)|, inf where it is not bounded.
+    imaginary_intervals : ndarray, shape (number, 2)
+        |R(iy)| <= 1 for y from [k, 0] to [k, 1], y >= 0, ascending; the last end may be inf.
+    growth : float
+        Largest |R(iy)| - 1; not above 0 where no undamped motion grows.
+    growth_at : float
+        A y where it is.
+    real_limit : float
+        |R(x)| <= 1 for -real_limit <= x <= 0; inf where that holds for all x <= 0.
+    poles, zeros : ndarray of complex, shape (q,) and (p,)
+        Of R, in both half-planes; none where the domain is sampled.
+    boundary : list of ndarray of complex
+        Closed curves |R| = 1, each an array of its points z; none where |R| = 1 on the whole imaginary axis (what there is
+        around poles on the left then shows in `crossings` alone), and where the domain is sampled.
     """
-    method: object                   #: what was asked for
-    is_certified: bool               #: found by the signs of polynomials; False: sampled on the rays alone
-    angles: np.ndarray               #: of rays, in degrees from the positive real axis, 0 to 180
-    crossings: list                  #: for each ray the array of |z| where it goes into the domain or out
-    begins: np.ndarray               #: for each ray 1: stable near 0, -1: not, 0: |R| = 1 all along
-    a_angle: float                   #: |R| <= 1 for |arg(-z)| <= a_angle, in degrees
-    is_a_stable: bool                #: |R| <= 1 for Re z <= 0
-    is_i_stable: bool                #: |R(iy)| <= 1 for all y
-    is_f_stable: bool                #: |R| <= 1 for Re z <= 0 and for no other z
-    is_l_stable: bool                #: A-stable, and R(infinity) = 0
-    r_infinity: float                #: |R(infinity)|, inf where it is not bounded
-    imaginary_intervals: np.ndarray  #: (number, 2): |R(iy)| <= 1 from [i, 0] to [i, 1]
-    growth: float                    #: largest |R(iy)| - 1
-    growth_at: float                 #: a y where it is
-    real_limit: float                #: |R(x)| <= 1 for -real_limit <= x <= 0
-    poles: np.ndarray = field(default_factory=lambda: np.empty(0, complex))    #: of R
-    zeros: np.ndarray = field(default_factory=lambda: np.empty(0, complex))    #: of R
-    boundary: list = field(default_factory=list)   #: closed curves |R| = 1, each an array of points; none: the imaginary axis,
-                                                   #: or a sampled domain
+    method: object
+    is_certified: bool
+    angles: np.ndarray
+    crossings: list
+    begins: np.ndarray
+    a_angle: float
+    is_a_stable: bool
+    is_i_stable: bool
+    is_f_stable: bool
+    is_l_stable: bool
+    r_infinity: float
+    imaginary_intervals: np.ndarray
+    growth: float
+    growth_at: float
+    real_limit: float
+    poles: np.ndarray = field(default_factory=lambda: np.empty(0, complex))
+    zeros: np.ndarray = field(default_factory=lambda: np.empty(0, complex))
+    boundary: list = field(default_factory=list)
+
+    def __repr__(self):
+        is_so = [name for name, so in (("A", self.is_a_stable), ("I", self.is_i_stable), ("F", self.is_f_stable),
+                                       ("L", self.is_l_stable)) if so]
+        how = "certified" if self.is_certified else "sampled"
+        return (f"<stability domain of {_name(self.method)}, {how}: {', '.join(is_so) + '-stable, ' if is_so else ''}"
+                f"A({self.a_angle:.6g} degrees), |R(infinity)| = {self.r_infinity:.6g}, real limit {self.real_limit:.6g}>")
 
     def contains(self, z):
         """True where |R(z)| <= 1 (spectral radius, where there is no R); `z` is a number or an array."""
@@ -70,31 +108,78 @@ class StabilityDomain:
         return plot_domain(self, ax, extent)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class AccuracyDomain:
-    """Smallest |h*lambda| at which the error passes a tolerance."""
+    """Smallest |h*lambda| at which the error passes a tolerance, for eigenvalues with |lambda| = 1.
+
+    Attributes
+    ----------
+    method : Method, str or (num, den)
+        What was asked for.
+    tol : float
+        Largest Euclidean norm of the error on [0, t_end] that is allowed, in the unit of `x0`.
+    x0 : ndarray, shape (2,)
+        Start.
+    t_end : float
+        End of the interval, in units of 1/|lambda|.
+    angles : ndarray, shape (k,)
+        Of the eigenvalue lambda, in degrees from the positive real axis.
+    h : ndarray, shape (k,)
+        For each angle the smallest step length at which the error is larger than `tol`, in units of 1/|lambda|.
+    """
     method: object
-    tol: float                       #: of the error on [0, t_end]
-    x0: np.ndarray                   #: start
+    tol: float
+    x0: np.ndarray
     t_end: float
-    angles: np.ndarray               #: of the eigenvalue, in degrees from the positive real axis
-    h: np.ndarray                    #: smallest step at which the error is larger than tol
+    angles: np.ndarray
+    h: np.ndarray
+
+    def __repr__(self):
+        steps = f", h = {self.h.min():.4g} to {self.h.max():.4g}" if self.h.size else ""
+        return (f"<accuracy domain of {_name(self.method)}: tol = {self.tol:g} on [0, {self.t_end:g}], "
+                f"{self.angles.size} angle(s){steps}>")
 
     def plot(self, ax=None, **style):
         """Draw the boundary in the plane of h*lambda; `style` goes to matplotlib's plot."""
         return plot_accuracy(self, ax, style)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DampingFrequency:
-    """What a step makes of h*lambda = r (-cos(angle) + i sin(angle)): -damping + i frequency, with the true one."""
+    """What a step makes of h*lambda = r (-cos(angle) + i sin(angle)): -damping + i frequency, with the true one.
+
+    All are per step: divided by h they are those per unit of time.
+
+    Attributes
+    ----------
+    method : Method, str or (num, den)
+        What was asked for.
+    angle : float
+        Of h*lambda, in degrees from the negative real axis: 0 is pure damping, 90 an undamped oscillation.
+    r : ndarray, shape (k,)
+        |h*lambda|.
+    damping : ndarray, shape (k,)
+        -log |R|: inf at a zero of R, -inf at a pole.
+    frequency : ndarray, shape (k,)
+        arg R, radians per step, -pi to pi.
+    exact_damping : ndarray, shape (k,)
+        r cos(angle).
+    exact_frequency : ndarray, shape (k,)
+        r sin(angle), radians per step, modulo 2 pi: brought to -pi to pi as `frequency` is, since a step cannot show
+        whole turns.  So it jumps where r sin(angle) passes pi, 3 pi, ...
+    """
     method: object
-    angle: float                     #: degrees from the negative real axis
-    r: np.ndarray                    #: |h*lambda|
-    damping: np.ndarray              #: -log |R|
-    frequency: np.ndarray            #: arg R, -pi to pi
-    exact_damping: np.ndarray        #: r cos(angle)
-    exact_frequency: np.ndarray      #: r sin(angle), brought to -pi to pi
+    angle: float
+    r: np.ndarray
+    damping: np.ndarray
+    frequency: np.ndarray
+    exact_damping: np.ndarray
+    exact_frequency: np.ndarray
+
+    def __repr__(self):
+        lengths = f", r = {self.r.min():g} to {self.r.max():g}" if self.r.size else ""
+        return (f"<damping and frequency of {_name(self.method)} at {self.angle:g} degrees: "
+                f"{self.r.size} point(s){lengths}>")
 
     def plot(self, axes=None, **style):
         """Draw damping and frequency over r in two axes; `style` goes to matplotlib's plot."""
@@ -229,6 +314,10 @@ def accuracy_domain(method, tol=1e-4, x0=(1.0, 0.0), *, angles=None, t_end=10.0)
     num, den = _needs_rational(method)
     angles = np.arange(0.0, 181.0, 5.0) if angles is None else vector("angles", angles)
     tol, t_end, x0 = number("tol", tol), number("t_end", t_end), vector("x0", x0, 2)
+    if not tol > 0.0:
+        raise ValueError(f"tol = {tol:g} must be positive: the error that is allowed")
+    if not t_end > 0.0:
+        raise ValueError(f"t_end = {t_end:g} must be positive")
     handle = Handle(1)
     code, h = handle.call(_core.dynstep_accuracy_limits, num, den, np.radians(angles), x0, tol, t_end)
     if code < 0:
@@ -299,6 +388,13 @@ def alpha_windows(order, property="i-stable"):
     windows = np.empty((256, 2))
     _, (count,) = Handle(1).call(_core.dynstep_alpha_windows, family, p, q, which, windows.reshape(-1))
     return windows[:count].copy()
+
+
+def _name(method):
+    """Of a method in a sentence."""
+    if isinstance(method, tuple):
+        return f"R(z) of degrees {np.size(method[0]) - 1} and {np.size(method[1]) - 1}"
+    return repr(method)
 
 
 def _rational(method):
