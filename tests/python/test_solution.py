@@ -125,6 +125,18 @@ def test_no_memory_says_what_helps():
     assert solve(big, (0, 1), np.zeros(1000), np.zeros(1000), h=0.5).success
 
 
+def test_too_many_points_are_refused_beforehand():
+    turn = dynstep.LinearOde([[0.0, 1.0], [-4.0, 0.0]])
+    many = "no memory for 1000000000000[0-9] points.*every="
+    with pytest.raises(MemoryError, match=many):
+        dynstep.solve_ode(turn, (0, 1e12), [1.0, 0.0], "pade", h=0.1)
+    for options in ({}, {"dense_output": True}, {"dense_output": True, "every": 0}):
+        with pytest.raises(MemoryError, match=many):
+            solve(SYSTEM, (0, 1e12), Q0, V0, "newmark", h=0.1, **options)
+    # an observer may end the run before
+    assert solve(SYSTEM, (0, 1e12), Q0, V0, "newmark", h=0.1, observer=lambda t, q, v, a: t > 1).status == 1
+
+
 # ---- The Solution object ----
 
 def test_solution_attributes_and_repr():

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Where the library writes the points of a run: arrays that grow."""
 
+import os
+
 import numpy as np
 
 # Numbers in the first block of each array, 16 MiB: a shorter record is never moved, a longer one doubles
@@ -10,12 +12,15 @@ _NOTHING = np.empty(0)
 
 
 class Record:
-    """Points of a run, at most `expected` of them; `sizes` are those of `Handle.sizes`."""
+    """Points of a run, at most `expected` of them; `sizes` are those of `Handle.sizes`.  With `all_come` so many are
+    sure to come, unless the run fails: MemoryError at once where they cannot be held."""
 
-    def __init__(self, sizes, expected):
+    def __init__(self, sizes, expected, all_come=False):
         self.count = 0
         self._sizes = sizes
         self._expected = max(1, expected)
+        if all_come and not _can_hold(self._expected*(sum(sizes) + 1)):
+            raise self._no_memory(self._expected)
         capacity = min(self._expected, max(2, _FIRST_BLOCK//max(sizes)))
         try:
             self._t = np.empty(capacity)
@@ -60,6 +65,22 @@ class Record:
         size = 8*points*(sum(self._sizes) + 1)/2**30
         return MemoryError(f"no memory for {points} points of {self._sizes[0]} coordinates or unknowns ({size:.3g} GiB); "
                            "record fewer of them with every=... or t_eval=...")
+
+
+def _can_hold(numbers):
+    """Whether the machine has memory for so many numbers, and the process may have it."""
+    if numbers <= _FIRST_BLOCK:
+        return True
+    try:
+        if 8*numbers > os.sysconf("SC_PAGE_SIZE")*os.sysconf("SC_PHYS_PAGES") > 0:
+            return False
+    except (AttributeError, OSError, ValueError):
+        pass                                                     # not known on this system
+    try:
+        np.empty(numbers)                                        # given back at once, never touched
+    except (MemoryError, ValueError):
+        return False
+    return True
 
 
 class NoRecord:

@@ -67,13 +67,14 @@ def choose_steps(h, tol, controller, h_first, h_max, every):
 class Request:
     """The arguments of a run, checked; a context, since progress is shown while it lasts."""
 
-    def __init__(self, t_span, steps, t_eval, every, dense_output, max_steps, progress):
+    def __init__(self, t_span, steps, t_eval, every, dense_output, max_steps, progress, observer=None):
         self.t0, self._t1 = _span(t_span)
         self._steps = steps
         self._every = integer("every", every, 0)
         self._t_eval = None if t_eval is None else _times(t_eval, self.t0, self._t1)
         self._dense = flag("dense_output", dense_output)
         self._max_steps = None if max_steps is None else integer("max_steps", max_steps, 1, 2**62)
+        self._observed = observer is not None                    # it may end the run early
         self._expected = steps.expected(self.t0, self._t1)
         self._progress = Progress(self._expected) if flag("progress", progress) else None
 
@@ -83,6 +84,11 @@ class Request:
     def __exit__(self, *exception):
         if self._progress is not None:
             self._progress.close()
+
+    @property
+    def has_begin(self):
+        """The begin is a point to be recorded."""
+        return self._t_eval is None or self.t0 in self._t_eval
 
     def run(self, handle, code):
         """(record, code) of the run of a handle whose start gave `code`."""
@@ -98,7 +104,8 @@ class Request:
         else:
             expected = MANY if self._expected is None else self._expected
             steps = min(expected, self._max_steps or expected)
-            record = Record(handle.sizes, asked.size or steps//(every or steps + 1) + 3)
+            record = Record(handle.sizes, asked.size or steps//(every or steps + 1) + 3,
+                            all_come=not asked.size and self._expected is not None and not self._observed)
         return record, drive(handle, record, self._max_steps, self._progress)
 
     def choose(self, points, interpolant):
@@ -127,8 +134,22 @@ def make_handle(system, method, observer=None):
     system._install(handle)
     method._install(handle)
     if observer is not None:
-        handle.bind(_core.dynstep_set_observer, UserFunction("observer", observer, "observer"), order=system.ordering)
+        function = UserFunction("observer", observer, "observer")
+        if function.is_python:
+            function.fun = _with_one_answer(observer)
+        handle.bind(_core.dynstep_set_observer, function, order=system.ordering)
     return handle
+
+
+def _with_one_answer(observer):
+    """The same observer; an array for an answer is refused by name."""
+    def observed(*point):
+        answer = observer(*point)
+        if isinstance(answer, np.ndarray) and answer.size != 1:
+            raise ValueError(f"observer returned an array of shape {answer.shape}, expected true to end the run, or false: "
+                             "say which, for example by numpy's any() or all()")
+        return answer
+    return observed
 
 
 def message(handle, system, code, max_steps=None):

@@ -26,7 +26,8 @@ def solve(system, t_span, q0, v0, method=None, *, h=None, tol=None, controller="
         Coordinates and velocities at the begin; numbers where n = 1.
     method : Method or str, optional
         Such as ``Newmark()``, ``NewmarkExtrapolation(levels=4)``, ``SOI2(rho_inf=0.8)``, or a shorthand: see
-        :func:`methods`.  Default: "newmark-extrapolation"; "soi2" for a system with constraints.
+        :func:`methods`.  Default: "newmark-extrapolation"; "soi2" for a system with constraints, "pade" for
+        one with feedback (with `tol` name "bi" there: Pade has no error estimate).
     h : float
         Step length, of the sign of t_span[1] - t_span[0]; give it, or `tol`.  The steps lie at t_span[0] + k*h; the last
         one is shorter where the interval is no whole number of steps.
@@ -66,6 +67,8 @@ def solve(system, t_span, q0, v0, method=None, *, h=None, tol=None, controller="
     ------
     ValueError, TypeError
         An argument that cannot be; the message names it.
+    MemoryError
+        With `h` and without an observer: at once, where the machine's memory cannot hold the points to be recorded.
     Exception
         Whatever a Python function of the system, or the observer, raises.
 
@@ -77,7 +80,8 @@ def solve(system, t_span, q0, v0, method=None, *, h=None, tol=None, controller="
 
     Notes
     -----
-    Ctrl-C is seen within a second, also where all functions are compiled.  Without Python functions the
+    Ctrl-C is seen within a second, also where all functions are compiled, or after the step that is being made, where that
+    takes longer (a large dense factorization).  Without Python functions the
     interpreter's lock is free while steps are made.
 
     Examples
@@ -91,7 +95,7 @@ def solve(system, t_span, q0, v0, method=None, *, h=None, tol=None, controller="
     method = method_for(system, method)
     q0, v0 = vector("q0", q0, system.n), vector("v0", v0, system.n)
     steps = choose_steps(h, tol, controller, h_first, h_max, every)
-    request = Request(t_span, steps, t_eval, every, dense_output, max_steps, progress)
+    request = Request(t_span, steps, t_eval, every, dense_output, max_steps, progress, observer)
     with request:
         handle = make_handle(system, method, observer)
         code = start(handle, system, request.t0, q0, v0)

@@ -6,6 +6,7 @@ import numpy as np
 from . import _core
 from ._arguments import vector
 from ._compiled import recognise
+from ._handle import SUCCESS
 from ._interpolant import OdeInterpolant
 from ._linear import LinearSystem
 from ._mechanical import MechanicalSystem
@@ -54,18 +55,21 @@ def solve_ode(system, t_span, y0, method="bi", *, h=None, tol=None, controller="
     -------
     OdeSolution
         Also where the integration fails: then ``success`` is False, ``message`` says why, and the trajectory up to
-        there is kept.
+        there is kept; where f fails at the begin, that is y0 alone, with NaN for y'.
 
     Raises
     ------
     ValueError, TypeError
         An argument that cannot be; the message names it.
+    MemoryError
+        With `h` and without an observer: at once, where the machine's memory cannot hold the points to be recorded.
     Exception
         Whatever a Python function of the system, or the observer, raises.
 
     Notes
     -----
-    Ctrl-C is seen within a second, also where all functions are compiled.  Without Python functions the
+    Ctrl-C is seen within a second, also where all functions are compiled, or after the step that is being made, where that
+    takes longer (a large dense factorization).  Without Python functions the
     interpreter's lock is free while steps are made.
 
     Examples
@@ -81,13 +85,15 @@ def solve_ode(system, t_span, y0, method="bi", *, h=None, tol=None, controller="
     y0 = vector("y0", y0, system.n)
     method = as_method(method)
     steps = choose_steps(h, tol, controller, h_first, h_max, every)
-    request = Request(t_span, steps, t_eval, every, dense_output, max_steps, progress)
+    request = Request(t_span, steps, t_eval, every, dense_output, max_steps, progress, observer)
     with request:
         handle = make_handle(system, method, observer)
-        code = handle.call(_core.dynstep_start_ode, request.t0, y0 if system.ordering is None else y0[system.ordering])
-        record, code = request.run(handle, code)
+        started = handle.call(_core.dynstep_start_ode, request.t0, y0 if system.ordering is None else y0[system.ordering])
+        record, code = request.run(handle, started)
     t, y, _, yp, *_ = record.finish(system.ordering)
     points, sol = request.choose((t, y, yp), OdeInterpolant)
+    if started != SUCCESS and request.has_begin:
+        points = np.array([request.t0]), y0.reshape(-1, 1).copy(), np.full((system.n, 1), np.nan)
     return OdeSolution(*points, status=code, message=request.message(handle, system, code), counts=handle.counts(),
                        method=method, system=system, sol=sol)
 
