@@ -71,4 +71,4 @@ def test_arguments_of_methods():
     with pytest.raises(ValueError, match="angle"):
         arm.straight(np.nan)
     with pytest.raises(ValueError, match="Pade|pade|bi"):                  # feedback, and Newmark
-        solve(FlexibleArm(5, closed_loop=True), (0, 1), arm.straight(1.0), arm.straight(0.0), h=0.1)
+        solve(FlexibleArm(5, closed_loop=True), (0, 1), arm.straight(1.0), arm.straight(0.0), "newmark", h=0.1)

@@ -173,6 +173,12 @@ def test_reordered_load_tables(with_pattern):
     assert np.abs(a.q - b.q).max() < 1e-12 < np.abs(a.q).max()
 
 
+def test_feedback_has_a_default_method():
+    held = LinearSystem([2.0, 1.0], 0.1, [[3.0, -1.0], [-1.0, 2.0]], feedback=([1.0, 0.0], [0.0, 2.0], None))
+    s = solve(held, (0, 1), [1.0, 0.0], [0.0, 0.0], h=0.1)
+    assert s.success and s.method == dynstep.Pade() == dynstep.Integrator(held).method
+
+
 def test_compiled_load_and_observer_over_a_reordered_system():
     numba = pytest.importorskip("numba")
     n = 40

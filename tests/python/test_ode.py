@@ -89,7 +89,7 @@ def test_feedback_wants_a_method_that_takes_it():
     system = LinearSystem(np.ones(2), feedback=([1.0, 0.0], [0.0, 1.0], None))
     assert "feedback" in repr(system) and system.n == 2
     with pytest.raises(ValueError, match="coupling"):
-        solve(system, (0, 1), [1, 2], [0, 0], h=0.1)
+        solve(system, (0, 1), [1, 2], [0, 0], "newmark-extrapolation", h=0.1)
 
 
 def test_systems_show_what_they_are():
@@ -462,3 +462,23 @@ def test_plot_of_unknowns():
     with pytest.raises(ValueError, match="of must be one of 'y', 'yp'"):
         s.plot(of="q", ax=axes[0])
     plt.close(figure)
+
+
+@pytest.mark.parametrize("options, points", [
+    ({}, 1), ({"dense_output": True}, 1), ({"t_eval": [0.0, 0.5]}, 1), ({"t_eval": [0.5]}, 0)])
+def test_a_start_that_fails_is_kept(options, points):
+    s = solve_ode(lambda t, y: y*np.nan, (0, 1), [1.0, 2.0], h=0.1, **options)
+    assert not s.success and s.t.size == points and s.y.shape == s.yp.shape == (2, points) and s.sol is None
+    if points:
+        assert s.t[0] == 0.0 and s.y[:, 0].tolist() == [1.0, 2.0] and np.isnan(s.yp).all()
+
+
+def test_what_takes_no_first_order_system_says_so():
+    system = dynstep.OdeSystem(1, lambda t, y: -y)
+    for refuse in (lambda: dynstep.check_system(system, 0.0, [1.0], [0.0]), lambda: dynstep.Integrator(system)):
+        with pytest.raises(TypeError, match="OdeSystem, which goes with solve_ode"):
+            refuse()
+
+
+def test_orders_in_a_list():
+    assert dynstep.BI([4, 5], 0.44) == dynstep.BI((4, 5), 0.44)

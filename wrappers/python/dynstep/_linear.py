@@ -32,7 +32,7 @@ class LinearSystem:
     feedback : tuple (b, k, c), optional
         Keyword only, as the two above.  A force -b (k.q + c.q') on the right-hand side: along b, by gains k and c of
         any coordinates; vectors of n numbers, None for k or c that is zero.  It does not fill the band of C and K.  Takes
-        one of the methods :class:`Pade`, :class:`BI`.
+        one of the methods :class:`Pade` (the default), :class:`BI`.
 
     Attributes
     ----------

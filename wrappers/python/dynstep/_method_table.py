@@ -41,7 +41,8 @@ def as_method(method):
 def method_for(system, method):
     """The same, with a default that suits the system."""
     if method is None:
-        method = "soi2" if system.is_constrained else "newmark-extrapolation"
+        fed_back = getattr(system, "feedback", None) is not None
+        method = "soi2" if system.is_constrained else "pade" if fed_back else "newmark-extrapolation"
     return as_method(method)
 
 

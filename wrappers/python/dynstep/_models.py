@@ -24,8 +24,8 @@ class FlexibleArm(LinearSystem):
     beam : "euler-bernoulli" or "timoshenko"
     closed_loop : bool
         Feedback of the hub's torque, u = -g1 theta - g2 theta' - g3 w - g4 w' in addition to `input`, which turns the arm to
-        theta = 0.  theta is the angle of the hub, w the deflection of the tip.  Takes one of the methods :class:`Pade`,
-        :class:`BI`.
+        theta = 0.  theta is the angle of the hub, w the deflection of the tip.  Takes one of the methods :class:`Pade`
+        (the default), :class:`BI`.
     variant : "consistent", "listing" or "symmetric"
         The thesis's equations; Euler-Bernoulli with the wrong sign of its listing, which pins the tip; Timoshenko with K
         from the strain energy.

@@ -27,7 +27,7 @@ class OdeSystem:
     user_data : optional
         What compiled functions get as their context; see :func:`compiled`.
     args : tuple
-        Further arguments of the Python functions.
+        Further arguments of the Python functions; what is no tuple or list counts as one argument.
 
     Notes
     -----

@@ -180,7 +180,7 @@ class BIExtrapolation(Extrapolation):
 
 
 def _orders(order):
-    if isinstance(order, tuple):
+    if isinstance(order, (tuple, list)):
         if len(order) != 2:
             raise ValueError(f"order must be a number or (p, q), not {order!r}")
         return tuple(integer(f"order[{i}]", x, 1, 5) for i, x in enumerate(order))
