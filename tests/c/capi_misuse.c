@@ -64,7 +64,7 @@ static int in_use(intptr_t s)
     n += dynstep_set_midpoint(s) == DYNSTEP_IN_USE;
     n += dynstep_set_generalized_alpha(s, 0.5, 0.5, 0.25, 0.5) == DYNSTEP_IN_USE;
     n += dynstep_set_soi2(s, 0.5, 0.5, 0.25, 0.5, 1) == DYNSTEP_IN_USE;
-    n += dynstep_set_pade(s, 4, 4) == DYNSTEP_IN_USE;
+    n += dynstep_set_pade(s, 4, 4, 0) == DYNSTEP_IN_USE;
     n += dynstep_set_backinterpolation(s, 4, 4, 0.5, 1) == DYNSTEP_IN_USE;
     n += dynstep_set_listing_estimate(s, 0) == DYNSTEP_IN_USE;
     n += dynstep_set_alpha_options(s, 1, 1, 1, 1) == DYNSTEP_IN_USE;
@@ -132,7 +132,7 @@ static int invalid(intptr_t s)
     n += dynstep_set_midpoint(s) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_generalized_alpha(s, 0.5, 0.5, 0.25, 0.5) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_soi2(s, 0.5, 0.5, 0.25, 0.5, 1) == DYNSTEP_INVALID_HANDLE;
-    n += dynstep_set_pade(s, 4, 4) == DYNSTEP_INVALID_HANDLE;
+    n += dynstep_set_pade(s, 4, 4, 0) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_backinterpolation(s, 4, 4, 0.5, 1) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_listing_estimate(s, 0) == DYNSTEP_INVALID_HANDLE;
     n += dynstep_set_alpha_options(s, 1, 1, 1, 1) == DYNSTEP_INVALID_HANDLE;

@@ -175,7 +175,7 @@ static void test_runs(void)
 
     CHECK(dynstep_properties(s, sizeof name, name, NULL, NULL, NULL) == 0 && strcmp(name, "backinterpolation") == 0);
     CHECK(dynstep_set_system_matrix(s, DYNSTEP_BANDED, 1, 1, band) == 0 && dynstep_set_source(s, ADDRESS(source), 0) == 0);
-    CHECK(dynstep_set_pade(s, 6, 6) == 0);
+    CHECK(dynstep_set_pade(s, 6, 6, 0) == 0);
     run(s, reference, reference);
 
     /* the same source as a table */
@@ -242,9 +242,11 @@ static void test_ranges(void)
 {
     const int bad = DYNSTEP_INVALID_INPUT;
     intptr_t s = dynstep_new_ode(1);
-    REFUSES(dynstep_set_pade(s, -1, 2), bad, "p = -1");
-    REFUSES(dynstep_set_pade(s, 2, 9), bad, "q = 9");
-    REFUSES(dynstep_set_pade(s, 0, 0), bad, "must not both be 0");
+    REFUSES(dynstep_set_pade(s, -1, 2, 0), bad, "p = -1");
+    REFUSES(dynstep_set_pade(s, 2, 9, 0), bad, "q = 9");
+    REFUSES(dynstep_set_pade(s, 0, 0, 0), bad, "must not both be 0");
+    REFUSES(dynstep_set_pade(s, 4, 4, 4), bad, "form = 4");
+    REFUSES(dynstep_set_pade(s, 4, 3, 1), bad, "p <= q");
     REFUSES(dynstep_set_backinterpolation(s, 0, 4, 0.5, 1), bad, "p = 0");
     REFUSES(dynstep_set_backinterpolation(s, 4, 6, 0.5, 1), bad, "q = 6");
     REFUSES(dynstep_set_backinterpolation(s, 4, 4, 1.5, 1), bad, "alpha = 1.5");
@@ -301,7 +303,7 @@ static void test_closed_loop(void)
         }
     for (int closed = 0; closed < 2; closed++) {
         intptr_t s = dynstep_new(N);
-        CHECK(dynstep_set_matrix(s, DYNSTEP_MASS, DYNSTEP_DIAGONAL, 0, 0, 1, m) == 0 && dynstep_set_pade(s, 4, 4) == 0);
+        CHECK(dynstep_set_matrix(s, DYNSTEP_MASS, DYNSTEP_DIAGONAL, 0, 0, 1, m) == 0 && dynstep_set_pade(s, 4, 4, 0) == 0);
         if (closed) {
             CHECK(dynstep_set_matrix(s, DYNSTEP_STIFFNESS, DYNSTEP_DENSE, 0, 0, 0, dense[0]) == 0);
             CHECK(dynstep_set_matrix(s, DYNSTEP_DAMPING, DYNSTEP_DENSE, 0, 0, 0, dense[1]) == 0);

@@ -351,7 +351,7 @@ static void test_arm(void)
     CHECK(dynstep_set_matrix(s, DYNSTEP_MASS, DYNSTEP_BANDED, 1, 1, 1, m) == 0);
     CHECK(dynstep_set_matrix(s, DYNSTEP_STIFFNESS, DYNSTEP_BANDED, 2, 2, 1, k) == 0);
     CHECK(dynstep_set_load_table(s, 1, 2, 0.0, 2.0, NULL, torque, b, DYNSTEP_OUTSIDE_HOLD) == 0);
-    CHECK(dynstep_set_pade(s, 4, 4) == 0);
+    CHECK(dynstep_set_pade(s, 4, 4, 0) == 0);
     CHECK(dynstep_start(s, n, 0.0, rest, rest) == 0 && dynstep_run(s, 2.0, 0.005) == 0);
     CHECK(dynstep_get(s, n, &t, q, v, NULL) == 0);
     CHECK(fabs(q[0] - 0.655736783452) < 1e-11);        /* an independent study; twelve digits */

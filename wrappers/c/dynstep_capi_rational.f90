@@ -9,6 +9,7 @@ module dynstep_capi_rational
    use dynstep_kinds, only: wp
    use dynstep_status, only: dynstep_invalid_input, dynstep_success, status_type
    use dynstep_text, only: text
+   use dynstep_pole_stages, only: form_automatic, form_parallel, form_refined
    implicit none
    private
 
@@ -18,9 +19,9 @@ module dynstep_capi_rational
 
 contains
 
-   recursive function dynstep_set_pade(handle, p, q) result(code) bind(c)
+   recursive function dynstep_set_pade(handle, p, q, form) result(code) bind(c)
       integer(c_intptr_t), value :: handle
-      integer(c_int), value :: p, q
+      integer(c_int), value :: p, q, form
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       code = reach(handle, s)
@@ -28,11 +29,15 @@ contains
       call check_range('p', p, 0, most_pade_degree, s%status)
       call check_range('q', q, 0, most_pade_degree, s%status)
       if (p == 0 .and. q == 0) call s%status%set(dynstep_invalid_input, 'p and q must not both be 0')
+      call check_range('form', form, form_automatic, form_refined, s%status)
+      if (form == form_parallel .and. p > q) call s%status%set(dynstep_invalid_input, &
+         & 'form = 1, a sum of partial fractions, wants p <= q')
       code = s%status%code
       if (code /= dynstep_success) return
       s%method%base = base_pade
       s%method%pade_p = p
       s%method%pade_q = q
+      s%method%pade_form = form
       call change(s)
    end function dynstep_set_pade
 

@@ -10,6 +10,7 @@ module dynstep_flat_method
    use dynstep_midpoint, only: midpoint_stepper
    use dynstep_newmark, only: newmark_stepper
    use dynstep_pade, only: pade_stepper
+   use dynstep_pole_stages, only: form_automatic
    use dynstep_soi2, only: mass_stored, soi2_stepper, start_project, variant_soi2
    use dynstep_status, only: status_type
    use dynstep_stepper, only: stepper_type
@@ -42,6 +43,7 @@ module dynstep_flat_method
       real(wp) :: beta = 0.25_wp, gamma = 0.5_wp
       type(alpha_settings) :: alpha
       integer :: pade_p = 4, pade_q = 4          !! degrees of numerator and denominator
+      integer :: pade_form = form_automatic      !! see dynstep_pole_stages
       type(backinterpolation_settings) :: bi
       logical :: listing_sign = .false.          !! of the error estimate of backinterpolation
       type(newton_options) :: newton
@@ -98,6 +100,7 @@ contains
          allocate (pade)
          pade%p = settings%pade_p
          pade%q = settings%pade_q
+         pade%form = settings%pade_form
          call move_alloc(pade, stepper)
       case (base_backinterpolation)
          allocate (bi)

@@ -13,6 +13,9 @@
 !>   (6)   degree P of the numerator, 1 to 8, or -1 for 0                             (4)
 !>   (7)   degree Q of the denominator, 1 to 8, or -1 for 0                           (4)
 !>
+!>   (8)   form of a step: 1 a sum over the poles, 2 a product, 3 a product whose solutions are
+!>         corrected by their residuals, so that undamped runs do not drift      (automatic)
+!>
 !> The order is P + Q.  With P = Q undamped modes keep their amplitude, whatever H is; with
 !> Q = P + 1 or P + 2 stiff modes are damped at once.
 recursive subroutine dspade(n, am, ac, ak, load, out, t, q, v, a, tend, h, iopt, ropt, rpar, ipar, icnt, idid, text)

@@ -4,6 +4,7 @@ module dynstep_f77_options
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_equilibrium, only: newton_options
    use dynstep_f77_systems, only: f77_force, f77_linear_system, f77_load, f77_mass, f77_system, f77_tangent
+   use dynstep_pole_stages, only: form_automatic, form_refined
    use dynstep_flat_method, only: base_midpoint, base_pade, build_method, method_settings
    use dynstep_integrate, only: control_type
    use dynstep_kinds, only: long, wp
@@ -28,7 +29,7 @@ module dynstep_f77_options
    ! The same of the drivers for matrices, see DSNEWL
    integer, parameter :: at_damping = 15, at_stiffness = 19, at_load = 23
    ! The same of DSPADE
-   integer, parameter :: at_numerator = 6, at_denominator = 7
+   integer, parameter :: at_numerator = 6, at_denominator = 7, at_form = 8
    ! Places in ROPT
    integer, parameter :: at_beta = 1, at_gamma = 2, at_tolerance = 3, at_first_time = 11
 
@@ -229,6 +230,10 @@ contains
       method%base = base_pade
       if (iopt(at_numerator) /= 0) method%pade_p = max(0, iopt(at_numerator))
       if (iopt(at_denominator) /= 0) method%pade_q = max(0, iopt(at_denominator))
+      method%pade_form = iopt(at_form)
+      if (.not. status%failed() .and. (iopt(at_form) < form_automatic .or. iopt(at_form) > form_refined)) &
+         & call status%set(dynstep_invalid_input, 'IOPT('//text(at_form)//') = '//text(iopt(at_form)) &
+         & //', the form of a step, must be 0 to '//text(form_refined))
       if (.not. status%failed()) call build_method(method, stepper)
    end subroutine describe_pade
 

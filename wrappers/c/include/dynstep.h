@@ -134,6 +134,13 @@ enum dynstep_mass_at {               /* M_alpha of a step */
     DYNSTEP_MASS_RECOMPUTED = 2      /* evaluated anew */
 };
 
+enum dynstep_form {                  /* how a rational step is put together from its poles */
+    DYNSTEP_FORM_AUTOMATIC = 0,      /* a sum where it loses less than a factor of 100 of rounding, else a product */
+    DYNSTEP_FORM_PARALLEL = 1,       /* a sum of partial fractions, the fastest; not where p > q */
+    DYNSTEP_FORM_PRODUCT = 2,        /* one pair of poles after the other */
+    DYNSTEP_FORM_REFINED = 3         /* and each solution corrected by its residual: undamped runs do not drift */
+};
+
 enum dynstep_start_mode {            /* a start that is off the constraints */
     DYNSTEP_START_PROJECT = 1,       /* is moved onto them, by the smallest change in the norm of M */
     DYNSTEP_START_REFUSE = 2,        /* gives DYNSTEP_INCONSISTENT_START */
@@ -433,8 +440,8 @@ int dynstep_set_start(intptr_t handle, int mode);
 
 /* Pade's approximation of the exponential, degrees p of the numerator and q of the denominator, 0 .. 8, order p + q, for
  * linear systems (Xie 1995, section 2.3).  p = q: undamped modes keep their amplitude; q = p + 1, p + 2: stiff modes
- * are damped at once. */
-int dynstep_set_pade(intptr_t handle, int p, int q);
+ * are damped at once.  form: enum dynstep_form, which changes rounding errors and cost alone. */
+int dynstep_set_pade(intptr_t handle, int p, int q, int form);
 
 /* Backinterpolation (Xie 1995): a half-step forward over alpha h, and one backward over (1 - alpha) h from the unknown
  * end; for first-order and for mechanical systems without constraints.
