@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figs. 3.1 to 3.22 of Xie (1995), drawn again from what the library computes.
+"""Figs. 3.1 to 3.22, 4.2 to 4.5 and 5.1 to 5.4 of Xie (1995), drawn again from what the library computes.
 
 usage: xie_figures.py [FOLDER]      with dynstep and matplotlib; writes PNG files into FOLDER (default: this one)
 """
@@ -95,14 +95,56 @@ def pocket():
     return figure
 
 
+INPUTS = (("pulse", lambda t: 0.1*(t < 0.5)), ("step", lambda t: 0.1), ("ramp", lambda t: 0.1*t))
+
+
+def respond(arm, until, angle=0.0):
+    """Times, hub angles in degrees and tip deflections; the step ends where the pulse does."""
+    q = arm.straight(angle)
+    v = np.zeros(arm.n)
+    t, hub, tip = [], [], []
+    for span in ((0.0, 0.5), (0.5, until)):
+        s = dynstep.solve(arm, span, q, v, "pade", h=0.005)
+        q, v = s.q[:, -1], s.v[:, -1]
+        t.append(s.t)
+        hub.append(np.degrees(arm.hub_angle(s.q)))
+        tip.append(arm.tip_deflection(s.q))
+    return tuple(map(np.concatenate, (t, hub, tip)))
+
+
+def responses(beam, segments, variants, numbers):
+    """Hub angle and tip deflection: open loop under three torques, closed loop from 90 degrees."""
+    figure, axes = plt.subplots(2, 2, figsize=(9.0, 6.0), layout="constrained")
+    for variant, style in zip(variants, ("-", "--")):
+        for i, (name, torque) in enumerate(INPUTS):
+            arm = dynstep.FlexibleArm(segments, beam, variant=variant, input=torque)
+            t, *curves = respond(arm, 2.0)
+            for ax, values in zip(axes[0], curves):
+                ax.plot(t, values, style, color=f"C{i}", lw=1.2 if style == "-" else 0.8,
+                        label=name if variant == variants[0] else f"{name}, {variant}")
+        closed = dynstep.FlexibleArm(segments, beam, closed_loop=True, variant=variant)
+        t, *curves = respond(closed, 5.0, np.pi/2)
+        for ax, values in zip(axes[1], curves):
+            ax.plot(t, values, style, color="C3", lw=1.2 if style == "-" else 0.8, label=variant)
+    for ax, number, label in zip(axes.flat, numbers, ("hub angle [deg]", "tip deflection", "hub angle [deg]", "tip deflection")):
+        ax.set_title(f"Fig. {number}")
+        ax.set_ylabel(label)
+        ax.set_xlabel("t")
+        ax.grid(lw=0.3)
+        ax.legend(fontsize=7)
+    return figure
+
+
 def main(folder):
     for name, figure in (
             ("xie_03_01_to_03", domains(4, ("3.1", "3.2", "3.3"))), ("xie_03_04_to_06", domains(5, ("3.4", "3.5", "3.6"))),
             ("xie_03_07_to_09", accuracy(4, ("3.7", "3.8", "3.9"))),
             ("xie_03_10_to_12", accuracy(5, ("3.10", "3.11", "3.12"))),
             ("xie_03_13_to_17", damping(4, [f"3.{i}" for i in range(13, 18)])),
-            ("xie_03_18_to_22", damping(5, [f"3.{i}" for i in range(18, 23)])), ("xie_pocket", pocket())):
-        figure.savefig(folder/f"{name}.png", dpi=80, pil_kwargs={"optimize": True})
+            ("xie_03_18_to_22", damping(5, [f"3.{i}" for i in range(18, 23)])), ("xie_pocket", pocket()),
+            ("xie_04_02_to_05", responses("euler-bernoulli", 10, ("consistent", "listing"), ("4.2", "4.3", "4.4", "4.5"))),
+            ("xie_05_01_to_04", responses("timoshenko", 10, ("consistent",), ("5.1", "5.2", "5.3", "5.4")))):
+        figure.savefig(folder/f"{name}.png", dpi=60 if name.startswith("xie_04") else 80, pil_kwargs={"optimize": True})
         plt.close(figure)
 
 
