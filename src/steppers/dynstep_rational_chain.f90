@@ -206,19 +206,24 @@ contains
       end associate
    end subroutine chain_stage
 
-   !> Re, Im of P_j = sum of omega_ij P_i
+   !> Re, Im of P_j = sum of omega_ij P_i = P_1 + sum of omega_ij (P_i - P_1)
    pure subroutine combine(n, nodes, poles, loads, omega, load)
       integer, intent(in) :: n, nodes, poles
       real(wp), intent(in) :: loads(n, nodes)
       complex(wp), intent(in) :: omega(nodes, poles)
       real(wp), intent(inout), contiguous :: load(:, :, :)
+      real(wp) :: change
       integer :: i, j, node
-      load = 0.0_wp
-      do node = 1, nodes
+      do j = 1, poles
+         load(1, j, :) = loads(:, 1)
+         load(2, j, :) = 0.0_wp
+      end do
+      do node = 2, nodes
          do i = 1, n
+            change = loads(i, node) - loads(i, 1)
             do j = 1, poles
-               load(1, j, i) = load(1, j, i) + real(omega(node, j), wp)*loads(i, node)
-               load(2, j, i) = load(2, j, i) + aimag(omega(node, j))*loads(i, node)
+               load(1, j, i) = load(1, j, i) + real(omega(node, j), wp)*change
+               load(2, j, i) = load(2, j, i) + aimag(omega(node, j))*change
             end do
          end do
       end do

@@ -6,8 +6,8 @@
 !> z (a y + b z y): dynstep_rational_first and dynstep_rational_second make them.  Here they follow each other, with the
 !> loads at their nodes.
 !>
-!> Systems of up to `most_dense` unknowns in the state get the matrix of a step, y1 = y + D y + G p, when a step length is
-!> used for the third time: made from the stages in product form, column by column.
+!> Systems without loads of up to `most_dense` unknowns in the state get the matrix of a step, y1 = y + D y, when a step
+!> length is used for the third time: made from the stages in product form, column by column.
 !>
 !> Roundings of coefficients and factors are the same in each step.  In 1e6 steps of undamped chains of 16 and 30 masses by
 !> Pade(4,4) they make the energy drift, linearly: at h omega_max = 2 by 3e-9 in parallel form, 3e-10 in product form and
@@ -47,12 +47,12 @@ module dynstep_rational_engine
       type(rational_second), allocatable, private :: second   ! of a linear_system
       logical, private :: has_load = .false.
       integer, private :: n = 0                            ! order of the matrices
-      real(wp), private :: h = 0.0_wp                      ! of the last step by poles, 0: none
+      real(wp), private :: h = 0.0_wp                      ! of the last step, 0: none
       integer(long), private :: uses = 0                   ! steps of this length
       real(wp), allocatable, private :: loads(:, :)        ! at the nodes of a step [n, nodes]
       real(wp), private :: load_time = 0.0_wp              ! of the last one
       logical, private :: load_known = .false.
-      real(wp), allocatable, private :: dense(:, :)        ! D and G side by side [size, size + n*nodes]
+      real(wp), allocatable, private :: dense(:, :)        ! D of a step without loads, y1 = y + D y [size, size]
       logical, private :: dense_known = .false.
       real(wp), allocatable, private :: y(:), d(:)         ! state of stages after the first, increment of one [size]
    contains
@@ -107,9 +107,11 @@ contains
       select type (sys)
       class is (linear_system)
          allocate (self%second)
+         self%has_load = sys%load_kind /= load_none
          call self%second%init(sys, self%stages, n_state > most_dense, has_factors, status)
       class is (linear_ode)
          allocate (self%first)
+         self%has_load = sys%source_kind /= load_none
          call self%first%init(sys, self%stages, status)
       class default
          call status%set(dynstep_invalid_input, 'the system is not linear')
@@ -119,7 +121,7 @@ contains
       if (allocated(self%dense)) deallocate (self%dense)
       allocate (self%loads(self%n, nodes), self%y(n_state), self%d(n_state), stat=stat)
       if (stat == 0 .and. n_state <= most_dense .and. .not. self%stages%is_refined) &
-         & allocate (self%dense(n_state, n_state + self%n*nodes), stat=stat)
+         & allocate (self%dense(n_state, n_state), stat=stat)
       if (stat /= 0) call status%set(dynstep_no_memory, 'no memory for a step of '//text(self%n)//' unknowns')
    end subroutine engine_init
 
@@ -145,6 +147,10 @@ contains
       type(status_type), intent(inout) :: status
 
       if (status%failed()) return
+      if (.not. abs(h) > 0.0_wp) then
+         dy = 0.0_wp
+         return
+      end if
       if (abs(h - self%h) > 0.0_wp) then
          self%uses = 0
          self%dense_known = .false.
@@ -152,11 +158,11 @@ contains
       call note_load(self, sys, status)
       call take_loads(self, sys, t, h, t1, count, status)
       if (status%failed()) return
-      if (allocated(self%dense)) then
+      if (allocated(self%dense) .and. .not. self%has_load) then
          if (.not. self%dense_known .and. self%uses >= uses_before_dense) call make_dense(self, sys, t, h, count, status)
          if (status%failed()) return
          if (self%dense_known) then
-            call dense_step(size(y), size(self%loads), self%has_load, self%dense, y, self%loads, dy)
+            call dense_step(size(y), self%dense, y, dy)
             self%uses = self%uses + 1
             return
          end if
@@ -164,7 +170,7 @@ contains
       call by_stages(self, self%stages, sys, t, h, y, dy, count, status)
       self%h = 0.0_wp
       if (status%failed()) return
-      if (self%stages%poles > 0) self%h = h
+      self%h = h
       self%uses = self%uses + 1
    end subroutine engine_step
 
@@ -227,53 +233,34 @@ contains
       end select
    end subroutine take_load
 
-   !> dy = D y + G p
-   pure subroutine dense_step(size, many, has_load, dense, y, loads, dy)
-      integer, intent(in) :: size, many
-      logical, intent(in) :: has_load
-      real(wp), intent(in) :: dense(size, size + many)
-      real(wp), intent(in) :: y(size), loads(many)
+   !> dy = D y
+   pure subroutine dense_step(size, dense, y, dy)
+      integer, intent(in) :: size
+      real(wp), intent(in) :: dense(size, size)
+      real(wp), intent(in) :: y(size)
       real(wp), intent(out) :: dy(size)
       integer :: j
       dy = dense(:, 1)*y(1)
       do j = 2, size
          dy = dy + dense(:, j)*y(j)
       end do
-      if (.not. has_load) return
-      do j = 1, many
-         dy = dy + dense(:, size + j)*loads(j)
-      end do
    end subroutine dense_step
 
-   !> Columns of D and G, from unit states and unit loads
+   !> Columns of D, from unit states.  Loads have no such matrix: what it gives for a stiff equilibrium, K q = p, would
+   !> cancel with D y but for rounding errors eps (h omega)^2 for each stage, while a stage forms K q - p first.
    recursive subroutine make_dense(self, sys, t, h, count, status)
       class(rational_engine), intent(inout) :: self
       class(ode_system), intent(inout) :: sys
       real(wp), intent(in) :: t, h
       type(step_counters), intent(inout) :: count
       type(status_type), intent(inout) :: status
-      real(wp) :: kept(self%n, size(self%loads, 2)), unit(size(self%y))
-      integer :: i, j, n_state
-      kept = self%loads
-      n_state = size(unit)
-      self%loads = 0.0_wp
-      do j = 1, n_state
+      real(wp) :: unit(size(self%y))
+      integer :: j
+      do j = 1, size(unit)
          unit = 0.0_wp
          unit(j) = 1.0_wp
          call by_stages(self, self%product, sys, t, h, unit, self%dense(:, j), count, status)
       end do
-      unit = 0.0_wp
-      if (self%has_load) then
-         do j = 1, size(kept, 2)
-            do i = 1, self%n
-               self%loads(i, j) = 1.0_wp
-               call by_stages(self, self%product, sys, t, h, unit, self%dense(:, n_state + i + (j - 1)*self%n), &
-                  & count, status)
-               self%loads(i, j) = 0.0_wp
-            end do
-         end do
-      end if
-      self%loads = kept
       self%dense_known = .not. status%failed()
    end subroutine make_dense
 

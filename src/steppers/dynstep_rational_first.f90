@@ -96,6 +96,7 @@ contains
       associate (n => sys%n, stage => stages%stage(k))
          self%ay = 0.0_wp
          call sys%a%multiply_add(1.0_wp, y, self%ay)
+         if (has_load) self%ay = self%ay + loads(:, 1)
          d = 0.0_wp
          do j = 1, stage%count
             self%x(:, 1) = h*self%ay

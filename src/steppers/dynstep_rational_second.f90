@@ -45,7 +45,7 @@ module dynstep_rational_second
       real(wp), allocatable, private :: products(:, :)     ! K q, K v, M v, C v [n, 4]
       real(wp), allocatable, private :: inner(:)           ! a y + b z y of an explicit factor [2 n]
       complex(wp), allocatable, private :: x(:, :)         ! right-hand sides of a pole [n, 2]
-      complex(wp), allocatable, private :: pj(:)           ! P_j [n]
+      complex(wp), allocatable, private :: pj(:)           ! P_j - P_1 [n]
       complex(wp), allocatable, private :: residual(:, :)  ! of the refined form, like x
       real(wp), allocatable, private :: parts(:, :)        ! real and imaginary parts of x, and of products with it [n, 4]
    contains
@@ -178,6 +178,7 @@ contains
       associate (n => sys%n, stage => stages%stage(k), kq => self%products(:, 1), kv => self%products(:, 2), &
          & mv => self%products(:, 3), cv => self%products(:, 4))
          call multiply(sys, n, y(:n), y(n + 1:), kq, kv, mv, cv)
+         if (has_load) kq = kq - loads(:, 1)
          d = 0.0_wp
          do j = 1, stage%count
             p = stage%pole(j)

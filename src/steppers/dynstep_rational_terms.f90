@@ -27,16 +27,17 @@ contains
       end if
    end subroutine add_weighted
 
-   !> x = loads*weights: P_j of a pole
+   !> P_j - P_1 of a pole: the weights add up to 1, and where K q and P_1 nearly cancel, as in a stiff equilibrium,
+   !> K q - P_1 is to be formed before anything is multiplied
    pure subroutine combine(n, nodes, loads, weights, x)
       integer, intent(in) :: n, nodes
       real(wp), intent(in) :: loads(n, nodes)
       complex(wp), intent(in) :: weights(nodes)
       complex(wp), intent(out) :: x(n)
       integer :: j
-      x = weights(1)*loads(:, 1)
+      x = (0.0_wp, 0.0_wp)
       do j = 2, nodes
-         x = x + weights(j)*loads(:, j)
+         x = x + weights(j)*(loads(:, j) - loads(:, 1))
       end do
    end subroutine combine
 

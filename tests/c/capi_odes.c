@@ -185,7 +185,7 @@ static void test_runs(void)
     CHECK(dynstep_start_ode(s, N, 0.0, start) == 0 && dynstep_run(s, 2.0, 0.1) == 0);
     CHECK(dynstep_get_ode(s, N, NULL, y, NULL) == 0 && fabs(y[0] - reference[0]) > 1e-2);
     CHECK(dynstep_set_source(s, ADDRESS(source), 0) == 0);
-    CHECK(run(s, reference, y) == 0.0);
+    CHECK(run(s, reference, y) < 1e-15);        /* the sum of y' in another order */
     CHECK(dynstep_set_backinterpolation(s, 4, 4, 0.5, DYNSTEP_HALVES_TAYLOR) == 0);
     CHECK(run(s, reference, y) < 1e-6);
 

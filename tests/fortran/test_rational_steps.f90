@@ -47,7 +47,23 @@ module test_rational_steps
       procedure :: source => forced_source
    end type forced_ode
 
+   !> A constant load
+   type, extends(linear_system) :: preloaded_system
+      real(wp) :: p(2) = 0.0_wp
+   contains
+      procedure :: load => preload
+   end type preloaded_system
+
 contains
+
+   recursive subroutine preload(self, t, p, ierr)
+      class(preloaded_system), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(out) :: p(self%n)
+      integer, intent(out) :: ierr
+      ierr = 0
+      p = self%p
+   end subroutine preload
 
    subroutine collect_rational_steps(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
@@ -67,6 +83,7 @@ contains
          & new_unittest('many-unknowns', test_many), &
          & new_unittest('pole-on-the-spectrum', test_pole), &
          & new_unittest('rigid-mode', test_rigid), &
+         & new_unittest('stiff-equilibrium', test_equilibrium), &
          & new_unittest('bad-loads', test_bad_loads), &
          & new_unittest('refusals', test_refusals), &
          & new_unittest('changes-after-init', test_changes), &
@@ -898,6 +915,36 @@ contains
       end do
    end subroutine test_rigid
 
+   !> Two masses on a link 1e10 times as stiff as their springs, in equilibrium with a load whose parts nearly cancel: K q - p
+   !> is formed before anything is multiplied, so it is zero, and nothing moves.  (Added up from a matrix of the step
+   !> times q and one times p, Pade(4,4) would be off by 0.5 after 80 steps, (8,8) by 49.)
+   subroutine test_equilibrium(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: degrees(2, 5) = reshape([2, 2, 3, 4, 4, 4, 6, 6, 8, 8], [2, 5])
+      real(wp), parameter :: link = 1.0e10_wp, rest(2) = [1.0_wp, 2.0_wp]
+      real(wp), parameter :: k(2, 2) = reshape([link + 1.0_wp, -link, -link, link + 1.0_wp], [2, 2])
+      type(preloaded_system) :: sys
+      type(any_stepper) :: stepper
+      type(status_type) :: status
+      type(state_type) :: x
+      integer :: i, form
+      call sys%set(identity_matrix(2), zero_matrix(2), dense_matrix(k, .true.), status)
+      sys%load_kind = load_procedure
+      sys%p = matmul(k, rest)
+      do i = 1, size(degrees, 2)
+         call pade_rational(degrees(1, i), degrees(2, i), stepper%r, status)
+         do form = form_parallel, form_product
+            stepper%form = form
+            call allocate_state(sys, x, status)
+            x%t = 0.0_wp
+            x%y = [rest, 0.0_wp, 0.0_wp]
+            call go(stepper, sys, 0.05_wp, 80, x, status)
+            call check(error, .not. status%failed(), status%message)
+            call check(error, maxval(abs(x%y - [rest, 0.0_wp, 0.0_wp])), 0.0_wp, 'at rest', thr=4*eps)
+         end do
+      end do
+   end subroutine test_equilibrium
+
    !> A load or source that gives up, asks for a smaller step or is no number, from t = 0.5 on: two steps of 0.2 stand
    subroutine test_bad_loads(error)
       type(error_type), allocatable, intent(out) :: error
@@ -1097,7 +1144,7 @@ contains
       call check(error, int(stepper%count%solves), 30, 'a solve with M for each degree')
       call check(error, .not. status%failed(), status%message)
 
-      ! the matrix of a step is made once: two steps by stages, 6 + 8*3 columns
+      ! with loads a small system is stepped by its stages
       call small_system(sys)
       stepper%p = 4
       stepper%q = 4
@@ -1111,7 +1158,19 @@ contains
       clock = clock_type(h=0.1_wp)
       call stepper%advance(sys, x, clock, 100, status, .false.)
       call check(error, int(stepper%count%factorizations), 2, 'small: factorizations')
-      call check(error, int(stepper%count%solves), 4*(2 + 6 + 8*3), 'small: solves')
+      call check(error, int(stepper%count%solves), 4*100, 'small: solves')
       call check(error, int(stepper%count%forces), 701, 'small: loads')
+
+      ! without, the matrix of a step is made once: two steps by stages, 6 columns
+      sys%load_kind = load_none
+      call stepper%init(sys, status)
+      x%t = 0
+      x%y = 1
+      call stepper%start(sys, x, status)
+      call stepper%count%zero()
+      clock = clock_type(h=0.1_wp)
+      call stepper%advance(sys, x, clock, 100, status, .false.)
+      call check(error, int(stepper%count%factorizations), 2, 'free: factorizations')
+      call check(error, int(stepper%count%solves), 4*(2 + 6), 'free: solves')
    end subroutine test_work
 end module test_rational_steps
