@@ -35,7 +35,8 @@ module dynstep_half_steps
 
    type, public :: half_steps
       real(wp) :: alpha = 0.5_wp                       !! part of the step that runs forward
-      type(runge_kutta_half) :: forward, backward
+      type(runge_kutta_half) :: forward
+      type(runge_kutta_half), allocatable :: backward  !! allocatable, since gfortran 12 frees one component of a type alone
       real(wp), allocatable :: f0(:)                   !! y' at the start of the step [state_size]
       real(wp), allocatable :: da(:)                   !! y_a - y
       real(wp), allocatable :: ya(:)                   !! y_a, and points of the iteration
@@ -98,6 +99,7 @@ contains
 
       if (status%failed()) return
       self%alpha = alpha
+      if (.not. allocated(self%backward)) allocate (self%backward)
       if (alpha > 0.0_wp) call self%forward%init(forward, state_size, status)
       if (alpha < 1.0_wp) call self%backward%init(backward, state_size, status)
       if (status%failed()) return
