@@ -108,7 +108,11 @@ contains
 
       allocate (domain%first_point(1), domain%point(0))
       domain%first_point = 1
-      if (domain%facts%axis%is_unit) return
+      if (domain%facts%axis%is_unit) then
+         ! the axis is no closed curve; those round poles in the left half-plane and their mirror images are left out
+         domain%is_whole = domain%is_whole .and. .not. any(real(r%poles, wp) < 0.0_wp)
+         return
+      end if
       d = max(r%p, r%q)
       call starting_points(r, d, start, status)
       if (status%failed()) return

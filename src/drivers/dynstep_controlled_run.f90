@@ -193,7 +193,11 @@ contains
             return
          end if
          t1 = state%t + h
-         if (is_last) t1 = self%t_end
+         if (is_last) then
+            t1 = self%t_end
+         else
+            h = t1 - state%t              ! what the rounding of a large t leaves
+         end if
          cause = status_type()
          call stepper%try_step(sys, state, h, t1, self%trial, cause)
          if (.not. cause%failed()) call stepper%estimate_error(self%error)

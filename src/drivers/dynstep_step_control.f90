@@ -85,7 +85,8 @@ contains
       real(wp), intent(in) :: error_before             !! of the trial before; < 0: there was none
       real(wp), intent(in) :: exponent                 !! k
       real(wp) :: ratio
-      if (.not. error > 0.0_wp) then
+      ! far below the tolerance is none at all, and the quotient might overflow
+      if (.not. error > 1.0e-30_wp*tau) then
          control_next = sign(huge(1.0_wp), h)
          return
       end if

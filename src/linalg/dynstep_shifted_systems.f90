@@ -241,16 +241,21 @@ contains
       real(wp), intent(in) :: h, t
       type(status_type), intent(inout) :: status
       integer :: column, failed, i, low, high, row
+      logical :: is_finite
       failed = 0
+      is_finite = .true.
       self%scales(:, j) = 0.0_wp
       do column = 1, self%n
          call rows_of(self, column, low, high)
          do i = low, high
             row = row_of(self, i, column)
+            is_finite = is_finite .and. ieee_is_finite(real(self%lu(i, column, j), wp)) &
+               & .and. ieee_is_finite(aimag(self%lu(i, column, j)))
+            if (.not. is_finite) exit
             self%scales(row, j) = max(self%scales(row, j), abs(real(self%lu(i, column, j), wp)), abs(aimag(self%lu(i, column, j))))
          end do
       end do
-      if (.not. all(ieee_is_finite(self%scales(:, j)))) then
+      if (.not. is_finite) then
          call status%set(dynstep_not_finite, 'the matrix of the step of length h = '//text(h)//' at t = '//text(t) &
             & //' is not finite; a smaller step may help', retry=.true.)
          return

@@ -35,7 +35,7 @@ module dynstep_backinterpolation
    use dynstep_rational_engine, only: is_linear, rational_engine
    use dynstep_runge_kutta_halves, only: formula_fehlberg
    use dynstep_start_check, only: check_mechanical, check_size, check_start
-   use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, status_type
+   use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input, dynstep_no_memory, status_type
    use dynstep_stepper, only: allocate_state, clock_type, method_properties, state_type, stepper_type
    use dynstep_text, only: text
    implicit none
@@ -257,25 +257,27 @@ contains
          call derivative_of(sys, trial, self%half%f1)
          call self%half%forward%end_derivative(self%half%f1)
       end if
-      if (.not. status%failed() .and. allocated(self%linear)) call estimate_linear(self, sys, state, h, trial)
+      if (.not. status%failed() .and. allocated(self%linear)) call estimate_linear(self, sys, state, h, trial, status)
    end subroutine bi_try_step
 
    !> Both halves of a linear step, for the estimate of its error.  Where they leave the range of numbers, there is none.
-   recursive subroutine estimate_linear(self, sys, state, h, trial)
+   recursive subroutine estimate_linear(self, sys, state, h, trial, status)
       class(backinterpolation_stepper), intent(inout) :: self
       class(ode_system), intent(inout) :: sys
       type(state_type), intent(in) :: state, trial
       real(wp), intent(in) :: h
-      type(status_type) :: status
+      type(status_type), intent(inout) :: status         !! failed where a load refuses
+      type(status_type) :: own
       associate (half => self%half, forward => self%half%forward, backward => self%half%backward)
          half%da = 0.0_wp
-         if (self%alpha > 0.0_wp) call forward%run(sys, state%t, state%y, self%alpha*h, self%solver, half%da, self%count, status)
-         call backward%run(sys, trial%t, trial%y, (self%alpha - 1.0_wp)*h, self%solver, half%d, self%count, status)
+         if (self%alpha > 0.0_wp) call forward%run(sys, state%t, state%y, self%alpha*h, self%solver, half%da, self%count, own)
+         call backward%run(sys, trial%t, trial%y, (self%alpha - 1.0_wp)*h, self%solver, half%d, self%count, own)
          half%ya = state%y + half%da
          if (backward%needs_end .or. forward%needs_end) call self%solver%derivative(sys, state%t + self%alpha*h, half%ya, &
-            & half%f1, self%count, status)
-         self%is_estimated = .not. status%failed()
-         if (status%failed()) return
+            & half%f1, self%count, own)
+         self%is_estimated = .not. own%failed()
+         if (own%code == dynstep_callback_failed) status = own
+         if (own%failed()) return
          if (self%alpha > 0.0_wp .and. forward%needs_end) call forward%end_derivative(half%f1)
          if (backward%needs_end) call backward%end_derivative(half%f1)
       end associate

@@ -20,8 +20,8 @@ module dynstep_pade
    use dynstep_pole_stages, only: form_automatic
    use dynstep_rational, only: pade_rational, rational_type
    use dynstep_rational_stepper, only: check_linear, rational_stepper
-   use dynstep_status, only: status_type
-   use dynstep_stepper, only: method_properties
+   use dynstep_status, only: dynstep_invalid_input, status_type
+   use dynstep_stepper, only: method_properties, state_type
    implicit none
    private
 
@@ -29,9 +29,11 @@ module dynstep_pade
       integer :: p = 4                           !! degree of the numerator, 0 .. 8
       integer :: q = 4                           !! degree of the denominator, 0 .. 8
       integer :: form = form_automatic           !! form_automatic, form_parallel, form_product or form_refined
+      integer, private :: made_for(3) = -1       ! p, q, form at `init`
    contains
       procedure :: properties => pade_properties
       procedure :: init => pade_init
+      procedure :: start => pade_start
    end type pade_stepper
 
 contains
@@ -59,7 +61,23 @@ contains
       if (status%failed()) return
       call self%note_init()
       call check_linear('pade', sys, status)
+      if (.not. status%failed() .and. self%p == 0 .and. self%q == 0) call status%set(dynstep_invalid_input, &
+         & 'p and q must not both be 0')
       call pade_rational(self%p, self%q, r, status)
       call self%init_rational(sys, r, self%form, status)
+      self%made_for = [self%p, self%q, self%form]
    end subroutine pade_init
+
+   recursive subroutine pade_start(self, sys, state, status)
+      class(pade_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(status_type), intent(inout) :: status
+      if (status%failed()) return
+      if (any([self%p, self%q, self%form] /= self%made_for) .and. self%made_for(1) >= 0) then
+         call status%set(dynstep_invalid_input, 'p, q or form were changed after init; call init again')
+         return
+      end if
+      call self%start_rational(sys, state, status)
+   end subroutine pade_start
 end module dynstep_pade

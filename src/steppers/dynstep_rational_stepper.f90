@@ -4,13 +4,12 @@
 !> An extension gives `properties` and `init`, which calls `init_rational` with its R.
 module dynstep_rational_stepper
    use dynstep_accelerations, only: acceleration_solver
-   use dynstep_check_structure, only: check_structure
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
    use dynstep_rational, only: rational_type
    use dynstep_rational_engine, only: is_linear, rational_engine
-   use dynstep_start_check, only: check_size, check_start
+   use dynstep_start_check, only: check_mechanical, check_size, check_start
    use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, status_type
    use dynstep_stepper, only: clock_type, state_type, stepper_type
    use dynstep_text, only: text
@@ -26,6 +25,7 @@ module dynstep_rational_stepper
    contains
       procedure, non_overridable :: init_rational
       procedure :: start => rational_start
+      procedure, non_overridable :: start_rational => rational_start
       procedure :: reset => rational_reset
       procedure :: try_step => rational_try_step
       procedure :: advance => rational_advance
@@ -42,7 +42,7 @@ contains
       call check_size(sys, status)
       select type (sys)
       class is (mechanical_system)
-         call check_structure(sys, status)
+         call check_mechanical(method, sys, status, takes_coupling=.true.)
       end select
       if (status%failed() .or. is_linear(sys)) return
       call status%set(dynstep_invalid_input, method//' steps linear systems, M q" + C q'' + K q = p(t) or y'' = A y + b(t): ' &

@@ -4,6 +4,8 @@ module dynstep_start_check
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_check_structure, only: check_structure
    use dynstep_kinds, only: wp
+   use dynstep_linear_ode, only: linear_ode
+   use dynstep_linear_system, only: linear_system, load_samples
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_invalid_input, status_type
@@ -70,6 +72,7 @@ contains
          return
       end if
       call check_state('the start', sys, state, status)
+      call check_samples(sys, status)
       if (status%failed()) return
       if (allocated(state%a)) then
          if (size(state%a) /= sys%n) deallocate (state%a)
@@ -79,6 +82,18 @@ contains
       call resize(state%lambda, m)
       call resize(state%psi, p)
    end subroutine check_start
+
+   !> A load by samples is one of this system: its matrices may have been set again with another order
+   recursive subroutine check_samples(sys, status)
+      class(ode_system), intent(in) :: sys
+      type(status_type), intent(inout) :: status
+      select type (sys)
+      class is (linear_system)
+         if (sys%load_kind == load_samples) call sys%table%check(sys%n, status)
+      class is (linear_ode)
+         if (sys%source_kind == load_samples) call sys%table%check(sys%n, status)
+      end select
+   end subroutine check_samples
 
    !> x [n], zero where it had another length
    pure subroutine resize(x, n)

@@ -18,6 +18,7 @@
 !>   second thread).  `init` allocates, steps do not.
 module dynstep_stepper
    use dynstep_kinds, only: long, wp
+   use dynstep_linear_ode, only: linear_ode
    use dynstep_linear_system, only: linear_system
    use dynstep_mechanical_system, only: mechanical_system, structure_type
    use dynstep_ode_system, only: ode_system
@@ -93,7 +94,7 @@ module dynstep_stepper
       integer, private :: seen_m = 0          ! constraints g of that system
       integer, private :: seen_p = 0          ! constraints k
       integer, private :: seen_jacobian(3) = 0     ! kind and band of its df/dy
-      logical, private :: is_linear = .false. ! that was a linear_system
+      integer, private :: seen_kind = 0       ! of that system, see kind_of
       type(structure_type), private :: structure   ! of that system
       type(state_type), private :: spare      ! second state of `advance`
    contains
@@ -161,7 +162,7 @@ contains
       self%seen_n = sys%n
       self%seen_jacobian = [sys%jacobian_kind, sys%jacobian_kl, sys%jacobian_ku]
       call multiplier_counts(sys, self%seen_m, self%seen_p)
-      self%is_linear = is_linear_system(sys)
+      self%seen_kind = kind_of(sys)
       select type (sys)
       class is (mechanical_system)
          self%structure = sys%structure
@@ -175,7 +176,7 @@ contains
       integer :: m, p
       call multiplier_counts(sys, m, p)
       fits = self%seen_n == sys%n .and. self%seen_n > 0 .and. self%seen_m == m .and. self%seen_p == p &
-         & .and. (self%is_linear .eqv. is_linear_system(sys))
+         & .and. self%seen_kind == kind_of(sys)
       select type (sys)
       class is (mechanical_system)
          fits = fits .and. same_structure(self%structure, sys%structure)
@@ -184,14 +185,17 @@ contains
       end select
    end function fits
 
-   pure logical function is_linear_system(sys)
+   !> 1: linear_system, 2: linear_ode, 0: another, which steppers treat in the same way
+   pure integer function kind_of(sys)
       class(ode_system), intent(in) :: sys
-      is_linear_system = .false.
+      kind_of = 0
       select type (sys)
       class is (linear_system)
-         is_linear_system = .true.
+         kind_of = 1
+      class is (linear_ode)
+         kind_of = 2
       end select
-   end function is_linear_system
+   end function kind_of
 
    pure logical function same_structure(x, y)
       type(structure_type), intent(in) :: x, y
