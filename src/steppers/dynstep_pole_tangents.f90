@@ -20,7 +20,7 @@ module dynstep_pole_tangents
    use dynstep_accelerations, only: check_callback
    use dynstep_kinds, only: long, wp
    use dynstep_linear_system, only: linear_system
-   use dynstep_matrix, only: kind_banded, kind_dense, kind_diagonal, kind_zero, matrix_type
+   use dynstep_matrix, only: kind_identity, kind_banded, kind_dense, kind_diagonal, kind_zero, matrix_type
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
    use dynstep_shifted_systems, only: shifted_systems_type
@@ -132,12 +132,14 @@ contains
       select type (sys)
       class is (mechanical_system)
          associate (n => sys%n, s => sys%structure)
-            call self%m%set_zero()
-            call sys%mass(t, y(1:n), y(n + 1:2*n), self%m, ierr)
-            count%masses = count%masses + 1
-            call check_callback('mass', ierr, t, status)
-            call check_matrix('mass', self%m, t, status)
-            if (status%failed()) return
+            if (s%mass /= kind_identity) then
+               call self%m%set_zero()
+               call sys%mass(t, y(1:n), y(n + 1:2*n), self%m, ierr)
+               count%masses = count%masses + 1
+               call check_callback('mass', ierr, t, status)
+               call check_matrix('mass', self%m, t, status)
+               if (status%failed()) return
+            end if
             call self%k%set_zero()
             call self%c%set_zero()
             before = sys%difference_forces
