@@ -11,18 +11,23 @@
 !>   call stepper%advance(sys, state, clock, steps, status, complete)   many equal steps
 !>   call stepper%interpolate(left, right, t, point)   inside an accepted step
 !>   call stepper%estimate_error(error)                of the last trial, where there is one
+!>   call stepper%prepare_control(sys, norm, status)   before steps that are chosen by their error
+!>   call stepper%try_within(sys, state, h, t1, norm, trial, verdict, status)   try_step, and what its error is
+!>   call stepper%restart(sys, state, status)          `start` inside a run: counters go on
 !>   stepper%properties(), stepper%count
 !>
 !>   A stepper owns its coefficients, workspace, history and counters, never a system: the
 !>   same system is passed to each call.  It can be copied by assignment (a checkpoint, a
 !>   second thread).  `init` allocates, steps do not.
 module dynstep_stepper
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_error_norm, only: error_norm_type
    use dynstep_kinds, only: long, wp
    use dynstep_linear_ode, only: linear_ode
    use dynstep_linear_system, only: linear_system
    use dynstep_mechanical_system, only: mechanical_system, structure_type
    use dynstep_ode_system, only: ode_system
-   use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, status_type
+   use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, dynstep_not_finite, status_type
    use dynstep_text, only: text
    implicit none
    private
@@ -87,6 +92,16 @@ module dynstep_stepper
       real(wp) :: step_growth_limit = huge(1.0_wp)
    end type method_properties
 
+   !> What is said of a trial step that is chosen by its error
+   type, public :: verdict_type
+      real(wp) :: error = 0.0_wp         !! estimate in the norm of the run; the step is good where it is 1 or less
+      integer :: error_order = 0         !! the estimate is O(h^(error_order + 1))
+      integer :: order = 0               !! of the step, which the method may choose
+      real(wp) :: h_next = 0.0_wp        !! length that the method proposes for the next trial, before limits; 0: the run's
+                                         !! controller chooses
+      logical :: is_converged = .true.   !! .false.: the method gave up before the trial was complete
+   end type verdict_type
+
    type, abstract, public :: stepper_type
       type(step_counters) :: count            !! work since `start`
       logical :: is_started = .false.         !! `start` was called after the last `init`
@@ -97,6 +112,9 @@ module dynstep_stepper
       integer, private :: seen_kind = 0       ! of that system, see kind_of
       type(structure_type), private :: structure   ! of that system
       type(state_type), private :: spare      ! second state of `advance`
+      real(wp), allocatable, private :: estimate(:)   ! of try_within [state_size]
+      integer, private :: estimate_order = 0          ! error_order of the properties
+      integer, private :: step_order = 0              ! order
    contains
       procedure, non_overridable :: note_init
       procedure, non_overridable :: fits
@@ -109,6 +127,10 @@ module dynstep_stepper
       procedure :: advance => advance_by_trials
       procedure :: interpolate => interpolate_by_hermite
       procedure :: estimate_error => no_error_estimate
+      procedure :: prepare_control => prepare_estimate
+      procedure :: try_within => try_by_estimate
+      procedure :: restart => restart_with_counts
+      procedure :: carry => carry_counts
       procedure :: needs_acceleration => acceleration_is_needed
    end type stepper_type
 
@@ -439,6 +461,80 @@ contains
       real(wp), intent(out) :: error(:)
       error = 0.0_wp
    end subroutine no_error_estimate
+
+   !> Get ready for `try_within`; a method that prepares more for its estimate, or for a choice of its order, overrides this.
+   !> To be called after `init`, before `start`.
+   recursive subroutine prepare_estimate(self, sys, norm, status)
+      class(stepper_type), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(error_norm_type), intent(in) :: norm          !! its tolerances may choose what is prepared
+      type(status_type), intent(inout) :: status
+      type(method_properties) :: facts
+      integer :: stat
+
+      if (status%failed()) return
+      facts = self%properties()
+      self%estimate_order = facts%error_order
+      self%step_order = facts%order
+      if (facts%error_order < 1) then
+         call status%set(dynstep_invalid_input, trim(facts%name)//' has no error estimate to choose steps by: give h, or ' &
+            & //'take a method that has one')
+         return
+      end if
+      if (allocated(self%estimate)) deallocate (self%estimate)
+      allocate (self%estimate(sys%state_size()), stat=stat)
+      if (stat /= 0) then
+         call status%set(dynstep_no_memory, 'no memory for the estimate of '//text(sys%state_size())//' errors')
+         return
+      end if
+      call norm%check(sys%state_size(), status)
+   end subroutine prepare_estimate
+
+   !> A trial step and its error.  A method that chooses its order overrides this.
+   recursive subroutine try_by_estimate(self, sys, state, h, t1, norm, trial, verdict, status)
+      class(stepper_type), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h, t1
+      type(error_norm_type), intent(in) :: norm
+      type(state_type), intent(inout) :: trial
+      type(verdict_type), intent(out) :: verdict
+      type(status_type), intent(inout) :: status
+
+      call self%try_step(sys, state, h, t1, trial, status)
+      if (status%failed()) return
+      call self%estimate_error(self%estimate)
+      verdict%error_order = self%estimate_order
+      verdict%order = self%step_order
+      if (.not. (all(ieee_is_finite(self%estimate)) .and. all(ieee_is_finite(trial%y)))) then
+         call status%set(dynstep_not_finite, 'the step from t = '//text(state%t)//' leaves the range of numbers', retry=.true.)
+         return
+      end if
+      verdict%error = norm%measure(self%estimate, state%y, trial%y)
+   end subroutine try_by_estimate
+
+   !> `start` at a point inside a run, after a jump of the state, of parameters or of the right side.  The history is
+   !> forgotten, the counters go on.
+   recursive subroutine restart_with_counts(self, sys, state, status)
+      class(stepper_type), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(status_type), intent(inout) :: status
+      type(step_counters) :: before
+      if (status%failed()) return
+      before = self%count
+      call self%start(sys, state, status)
+      call self%carry(before)
+   end subroutine restart_with_counts
+
+   !> count = count + before, all of it; a method that sums its counters up from parts overrides this
+   recursive subroutine carry_counts(self, before)
+      class(stepper_type), intent(inout) :: self
+      type(step_counters), intent(in) :: before
+      call self%count%add(before)
+      self%count%steps = self%count%steps + before%steps
+      self%count%substeps = self%count%substeps + before%substeps
+   end subroutine carry_counts
 
    !> True where a step reads state%a of its start
    pure logical function acceleration_is_needed(self)
