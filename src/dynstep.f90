@@ -11,13 +11,15 @@ module dynstep
    use dynstep_controlled_run, only: controlled_run_type, integrate_controlled
    use dynstep_driven_crank, only: driven_crank
    use dynstep_equilibrium, only: newton_options
+   use dynstep_error_norm, only: error_norm_type, norm_largest, norm_weighted
+   use dynstep_events, only: event_log, event_type
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_extrapolation_stability, only: extrapolation_limit, growth_per_step, small_step_growth, stability_limit
    use dynstep_flexible_arm, only: arm_consistent, arm_listing, arm_symmetric, beam_euler_bernoulli, beam_timoshenko, &
       & euler_bernoulli_gains, flexible_arm, input_none, input_pulse, input_ramp, input_step, timoshenko_gains
    use dynstep_generalized_alpha, only: generalized_alpha_stepper
    use dynstep_ground_motion, only: read_at2, standard_gravity
-   use dynstep_integrate, only: control_type, integrate, integration_type, observer_type
+   use dynstep_integrate, only: control_type, integrate, integration_type
    use dynstep_jacobian, only: jacobian_type, pattern_type
    use dynstep_jay_negrut_problem, only: jay_negrut_problem
    use dynstep_kinds, only: long, wp
@@ -43,6 +45,7 @@ module dynstep
    use dynstep_rolling_disk, only: rolling_disk
    use dynstep_sequences, only: most_levels, sequence_bulirsch, sequence_custom, sequence_double_harmonic, &
       & sequence_harmonic, sequence_romberg
+   use dynstep_run, only: observer_type, run_type
    use dynstep_shear_building, only: shear_building
    use dynstep_slider_crank, only: slider_crank
    use dynstep_soi2, only: mass_recomputed, mass_stored, soi2_stepper, start_keep, start_project, start_refuse, &
@@ -55,9 +58,11 @@ module dynstep
       & dynstep_in_use, dynstep_inconsistent_start, dynstep_invalid_handle, dynstep_invalid_input, &
       & dynstep_more, dynstep_no_memory, dynstep_not_converged, dynstep_not_finite, &
       & dynstep_singular_matrix, dynstep_step_too_small, dynstep_stopped, dynstep_success, &
-      & dynstep_too_many_steps, status_text, status_type
-   use dynstep_step_control, only: controller_pi, controller_standard, safety_in_front, safety_inside, step_control_type
-   use dynstep_stepper, only: allocate_state, clock_type, method_properties, state_type, step_counters, stepper_type
+      & dynstep_tolerance_too_small, dynstep_too_many_events, dynstep_too_many_steps, status_text, status_type
+   use dynstep_step_control, only: controller_automatic, controller_pi, controller_standard, controller_weighted, &
+      & safety_in_front, safety_inside, step_control_type
+   use dynstep_stepper, only: allocate_state, clock_type, method_properties, state_type, step_counters, stepper_type, &
+      & verdict_type
    use dynstep_stiff_third_order, only: stiff_third_order
    use dynstep_trajectory, only: recorder_type, trajectory_type
    use dynstep_two_body, only: two_body_system

@@ -31,6 +31,9 @@ module dynstep_status
    integer, parameter, public :: dynstep_file_error = -11       !! a file cannot be read or is not what it should be
    integer, parameter, public :: dynstep_invalid_handle = -12   !! not a handle, or one that was deleted
 
+   integer, parameter, public :: dynstep_too_many_events = -13  !! events one after the other without a step between
+   integer, parameter, public :: dynstep_tolerance_too_small = -14   !! round-off does not allow the accuracy asked for
+
    !> Length of a status message
    integer, parameter, public :: message_length = 320
 
@@ -95,6 +98,8 @@ contains
       case (dynstep_not_finite); words = 'a user procedure returned a value that is not finite'
       case (dynstep_file_error); words = 'a file cannot be used'
       case (dynstep_invalid_handle); words = 'the handle is not valid'
+      case (dynstep_too_many_events); words = 'too many events in a row'
+      case (dynstep_tolerance_too_small); words = 'the tolerance is below round-off'
       case default; words = 'unknown status code'
       end select
    end function status_text

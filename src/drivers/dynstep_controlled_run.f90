@@ -1,28 +1,36 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Runs over an interval whose step length follows the error estimate of the method (Xie 1995, section 3.4).
+!> Runs over an interval whose steps follow the error estimate of the method.
 !>
 !> PROGRAMMING INTERFACE
 !>
-!>     control%tolerance = 1.0e-6_wp
+!>     control%rtol = 1.0e-8_wp
 !>     call stepper%init(sys, status)
 !>     call stepper%start(sys, state, status)
-!>     call integrate_controlled(stepper, sys, state, t_end, control, status, recorder, observer)
+!>     call integrate_controlled(stepper, sys, state, t_end, control, status, recorder, observer, events)
 !>
-!>   or in pieces, with the same bits, as integration_type is used: run%begin, run%proceed(..., max_steps).
+!>   or in pieces, with the same bits: run%begin(stepper, sys, state, t_end, control, status), then run%proceed, see
+!>   DYNSTEP_RUN.
 !>
-!> A trial whose estimate is above tolerance*max(|y|, 1), |y| the largest component, is thrown away.  One that fails for
-!> a reason that a smaller step may mend - Newton's iteration, a procedure that refuses, a value that is not finite, a
-!> pole on the spectrum - is tried again with half the step.  Recorded are the start and each accepted step, or the
-!> times t_eval, interpolated inside a step.
+!>   A trial whose error is above 1 in the norm of the control is thrown away.  One that fails for a reason that a smaller step
+!>   may mend - Newton's iteration, a procedure that refuses, a value that is not finite, a pole on the spectrum - is tried
+!>   again with a quarter of the step.  A method that chooses its order proposes the next length itself; for others the
+!>   controller does.  Recorded are the start and each accepted step, or the times t_eval, interpolated inside a step.
+!>
+!>   A tolerance that the rounding errors of the state exceed is refused, at the begin and on the way, and so is a step below
+!>   h_min; the state is then that of the last accepted step.
 module dynstep_controlled_run
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use dynstep_integrate, only: check_started, check_times, observer_type, run_type, steps_before_time
+   use dynstep_error_norm, only: error_norm_type
+   use dynstep_events, only: event_type
    use dynstep_kinds, only: long, wp
+   use dynstep_linear_ode, only: linear_ode
+   use dynstep_linear_system, only: linear_system
+   use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
-   use dynstep_status, only: dynstep_invalid_input, dynstep_more, dynstep_no_memory, dynstep_not_finite, dynstep_step_too_small, &
-      & dynstep_stopped, status_type
+   use dynstep_run, only: observer_type, run_type, steps_before_time
+   use dynstep_status, only: dynstep_invalid_input, dynstep_step_too_small, dynstep_tolerance_too_small, status_type
    use dynstep_step_control, only: step_control_type
-   use dynstep_stepper, only: allocate_state, method_properties, state_type, stepper_type
+   use dynstep_stepper, only: method_properties, state_type, stepper_type, verdict_type
    use dynstep_text, only: text
    use dynstep_trajectory, only: recorder_type
    implicit none
@@ -30,27 +38,44 @@ module dynstep_controlled_run
 
    public :: integrate_controlled
 
-   !> A run that can be left and taken up again
    type, extends(run_type), public :: controlled_run_type
       type(step_control_type) :: control
       real(wp) :: h = 0.0_wp                             !! length of the next trial
+      type(error_norm_type), private :: norm
+      type(verdict_type), private :: verdict             ! of the last trial
       real(wp), private :: longest = 0.0_wp              ! step length
+      real(wp), private :: growth = huge(1.0_wp)         ! of a step beside the one before, by the method
       real(wp), private :: error_before = -1.0_wp        ! of the last trial; < 0: none
-      integer, private :: next = 1                       ! first t_eval that is not recorded
-      logical, private :: fresh = .true.                 ! nothing done since `begin`
-      type(state_type), private :: trial, point
-      real(wp), allocatable, private :: error(:)         ! estimate [state_size]
+      logical, private :: after_rejection = .false.
+      logical, private :: keeps_factors = .false.        ! a system whose matrices are factorized for each length
+      integer, private :: order = 0                      ! of the method, for a first step
    contains
-      procedure :: begin => run_begin
-      procedure :: proceed => run_proceed
-      procedure :: steps_for => run_steps_for
-      procedure :: finished => run_finished
+      procedure :: begin => controlled_begin
+      procedure :: make_steps => controlled_make_steps
+      procedure :: try => controlled_try
+      procedure :: restarted => controlled_restarted
+      procedure :: wants_point => controlled_wants_point
+      procedure :: steps_for => controlled_steps_for
+      procedure :: finished => controlled_finished
    end type controlled_run_type
+
+   !> A state whose rounding errors have more than this size in the norm cannot have errors of 1: sums of some hundred of
+   !> them enter a step (the amplification of an extrapolation is up to 119, reference in docs/theory)
+   real(wp), parameter :: most_rounding = 0.02_wp
+
+   !> Trials for one step: with a quarter of the length each, from anything to nothing
+   integer, parameter :: most_trials = 60
+
+   !> A step that might grow by less is kept where each length has factors of its own, which cost as much as some steps
+   real(wp), parameter :: worthwhile_growth = 1.2_wp
+
+   !> Part of the growth limit of a method with a memory that steps make use of
+   real(wp), parameter :: growth_share = 0.9_wp
 
 contains
 
    !> From state%t to t_end.  On return `state` is the last accepted state, also on failure.
-   recursive subroutine integrate_controlled(stepper, sys, state, t_end, control, status, recorder, observer)
+   recursive subroutine integrate_controlled(stepper, sys, state, t_end, control, status, recorder, observer, events)
       class(stepper_type), intent(inout) :: stepper       !! started on `sys` and `state`, with an error estimate
       class(ode_system), intent(inout) :: sys
       type(state_type), intent(inout) :: state
@@ -59,171 +84,234 @@ contains
       type(status_type), intent(inout) :: status
       class(recorder_type), intent(inout), optional :: recorder
       class(observer_type), intent(inout), optional :: observer
+      class(event_type), intent(inout), optional :: events
       type(controlled_run_type) :: run
       call run%begin(stepper, sys, state, t_end, control, status)
-      call run%proceed(stepper, sys, state, status, recorder, observer)
+      call run%proceed(stepper, sys, state, status, recorder, observer, events=events)
    end subroutine integrate_controlled
 
-   !> Check the control, choose the first step
-   recursive subroutine run_begin(self, stepper, sys, state, t_end, control, status)
+   !> Check the control, get the method ready, choose the first step
+   recursive subroutine controlled_begin(self, stepper, sys, state, t_end, control, status)
       class(controlled_run_type), intent(inout) :: self
-      class(stepper_type), intent(in) :: stepper
-      class(ode_system), intent(in) :: sys
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
       type(state_type), intent(in) :: state
       real(wp), intent(in) :: t_end
       type(step_control_type), intent(in) :: control
       type(status_type), intent(inout) :: status
       type(method_properties) :: facts
-      integer :: stat
 
       call control%check(status)
+      call self%begin_common(sys, state, t_end, control%t_eval, status)
       if (status%failed()) return
-      facts = stepper%properties()
-      if (facts%error_order < 1) then
-         call status%set(dynstep_invalid_input, trim(facts%name)//' has no error estimate to choose steps by: give h, or ' &
-            & //'take a method that has one')
-      else if (.not. ieee_is_finite(state%t)) then
-         call status%set(dynstep_invalid_input, 'the time of the state is '//text(state%t))
-      else if (.not. ieee_is_finite(t_end)) then
-         call status%set(dynstep_invalid_input, 't_end = '//text(t_end)//' is not finite')
-      else if (control%h_first*sign(1.0_wp, t_end - state%t) < 0.0_wp) then
+      if (control%h_first*sign(1.0_wp, t_end - state%t) < 0.0_wp) then
          call status%set(dynstep_invalid_input, 'h_first = '//text(control%h_first)//' points away from t_end = ' &
             & //text(t_end)//' at t = '//text(state%t)//'; change its sign')
+         return
       end if
-      if (allocated(control%t_eval)) call check_times(control%t_eval, state%t, t_end, status)
-      if (status%failed()) return
       self%control = control
-      self%t_end = t_end
+      self%norm = control%norm()
+      call stepper%prepare_control(sys, self%norm, status)
+      if (status%failed()) return
+      facts = stepper%properties()
+      self%order = facts%order
+      self%growth = facts%step_growth_limit
+      if (self%growth < huge(1.0_wp)) self%growth = growth_share*self%growth
+      self%keeps_factors = .false.
+      select type (sys)
+      class is (linear_system)
+         self%keeps_factors = control%is_weighted()
+      class is (linear_ode)
+         self%keeps_factors = control%is_weighted()
+      end select
       self%longest = control%h_max
-      if (.not. self%longest > 0.0_wp) self%longest = abs(t_end - state%t)/16.0_wp
-      self%h = control%h_first
-      if (.not. abs(self%h) > 0.0_wp) self%h = (t_end - state%t)/128.0_wp
-      self%h = sign(min(abs(self%h), self%longest), self%h)
+      if (.not. self%longest > 0.0_wp) self%longest = abs(t_end - state%t)*merge(1.0_wp, 1.0_wp/16.0_wp, control%is_weighted())
+      self%h = 0.0_wp
+      self%after_rejection = .false.
       self%error_before = -1.0_wp
-      self%next = 1
-      self%fresh = .true.
-      call allocate_state(sys, self%trial, status)
-      call allocate_state(sys, self%point, status)
-      if (allocated(self%error)) deallocate (self%error)
-      allocate (self%error(sys%state_size()), stat=stat)
-      if (stat /= 0) call status%set(dynstep_no_memory, 'no memory for the estimate of '//text(sys%state_size())//' errors')
-   end subroutine run_begin
+      call check_tolerance(self, state, status)
+   end subroutine controlled_begin
+
+   !> Rounding errors of a state beside what is tolerated
+   recursive subroutine check_tolerance(self, state, status)
+      class(controlled_run_type), intent(in) :: self
+      type(state_type), intent(in) :: state
+      type(status_type), intent(inout) :: status
+      real(wp) :: rounding
+      if (status%failed()) return
+      rounding = self%norm%rounding(state%y)
+      if (rounding <= most_rounding) return
+      call status%set(dynstep_tolerance_too_small, 'the tolerance is below what rounding allows at t = '//text(state%t) &
+         & //': tolerances '//text(rounding/most_rounding)//' times as large are the smallest')
+   end subroutine check_tolerance
+
+   !> Length of the first step, or of the first one behind a change
+   recursive subroutine choose_first(self, stepper, sys, state)
+      class(controlled_run_type), intent(inout) :: self
+      class(stepper_type), intent(in) :: stepper
+      class(ode_system), intent(in) :: sys
+      type(state_type), intent(in) :: state
+      real(wp) :: slope(size(state%y)), second(size(state%y))
+      real(wp) :: h
+
+      if (.not. self%control%is_weighted()) then
+         h = abs(self%control%h_first)
+         if (.not. h > 0.0_wp) h = abs(self%t_end - state%t)/128.0_wp
+      else
+         select type (sys)
+         class is (mechanical_system)
+            slope(1:sys%n) = state%y(sys%n + 1:)
+            slope(sys%n + 1:) = state%a
+            second(1:sys%n) = state%a
+            second(sys%n + 1:) = 0.0_wp
+            h = self%control%first(self%norm, state%y, slope, second, self%order)
+         class default
+            slope = state%a
+            h = self%control%first(self%norm, state%y, slope, second(1:0), self%order)
+         end select
+      end if
+      self%h = sign(min(h, self%longest), self%t_end - state%t)
+   end subroutine choose_first
 
    !> Steps may be shorter than the longest one, and then it takes more of them to the same time
-   pure integer(long) function run_steps_for(self, state, recorded, room)
+   pure integer(long) function controlled_steps_for(self, state, recorded, room) result(steps)
       class(controlled_run_type), intent(in) :: self
       type(state_type), intent(in) :: state
       integer(long), intent(in) :: recorded, room
-      if (allocated(self%control%t_eval)) then
-         run_steps_for = steps_before_time(self%control%t_eval, recorded + room + 1, state%t, sign(self%longest, self%h))
+      if (allocated(self%t_eval)) then
+         steps = steps_before_time(self%t_eval, recorded + room + 1, state%t, sign(self%longest, self%t_end - state%t))
       else
-         run_steps_for = room - merge(1, 0, recorded == 0)   ! the start
+         steps = room - merge(1, 0, recorded == 0)   ! the start
       end if
-   end function run_steps_for
+   end function controlled_steps_for
 
    !> True where t_end is reached
-   pure logical function run_finished(self, state)
+   pure logical function controlled_finished(self, state)
       class(controlled_run_type), intent(in) :: self
       type(state_type), intent(in) :: state
-      run_finished = .not. abs(self%t_end - state%t) > 0.0_wp
-   end function run_finished
+      controlled_finished = .not. abs(self%t_end - state%t) > 0.0_wp
+   end function controlled_finished
 
-   recursive subroutine run_proceed(self, stepper, sys, state, status, recorder, observer, max_steps)
+   pure logical function controlled_wants_point(self)
+      class(controlled_run_type), intent(in) :: self
+      controlled_wants_point = .true.
+   end function controlled_wants_point
+
+   recursive subroutine controlled_make_steps(self, stepper, sys, state, steps, is_recording, is_observed, status, events)
       class(controlled_run_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper
       class(ode_system), intent(inout) :: sys
       type(state_type), intent(inout) :: state
+      integer, intent(inout) :: steps
+      logical, intent(in) :: is_recording, is_observed
       type(status_type), intent(inout) :: status
-      class(recorder_type), intent(inout), optional :: recorder
-      class(observer_type), intent(inout), optional :: observer
-      integer, intent(in), optional :: max_steps          !! >= 0; 0 records the start, no more
-      integer :: allowed
-      logical :: stop_asked
+      class(event_type), intent(inout), optional :: events
+      logical :: no_step
 
-      if (status%failed()) return
-      call status%clear()
-      if (self%fresh) call check_started(stepper, sys, state, status)
-      if (status%failed()) return
-      allowed = huge(allowed)
-      if (present(max_steps)) allowed = max_steps
-      if (allowed < 0) then
-         call status%set(dynstep_invalid_input, 'max_steps = '//text(allowed)//' must be 0 or more')
-         return
-      end if
-      if (self%fresh) call record_start(self, state, status, recorder)
-      do while (.not. self%finished(state) .and. .not. status%failed())
-         if (allowed <= 0) then
-            call status%set(dynstep_more, 'the allowance of steps of this call is used up at t = ' &
-               & //text(state%t)//'; call again to go on')
-            return
-         end if
-         call make_step(self, stepper, sys, state, status)
-         if (status%failed()) return
-         allowed = allowed - 1
-         call record_step(self, stepper, sys, state, status, recorder)
-         call stepper%accept(state, self%trial)
-         if (status%failed() .or. .not. present(observer)) cycle
-         stop_asked = .false.
-         call observer%observe(stepper, state, stop_asked)
-         if (.not. stop_asked) cycle
-         call status%set(dynstep_stopped, 'an observer asked to stop at t = '//text(state%t))
-         return
-      end do
-   end subroutine run_proceed
+      steps = 0
+      if (.not. abs(self%h) > 0.0_wp) call choose_first(self, stepper, sys, state)
+      call find_step(self, stepper, sys, state, status)
+      call self%cut_at_zero(stepper, sys, state, self%verdict%order, no_step, status, events)
+      if (status%failed() .or. no_step) return
+      call stepper%accept(state, self%left)
+      steps = 1
+   end subroutine controlled_make_steps
 
-   !> Trials until one is good; self%trial is that one
-   recursive subroutine make_step(self, stepper, sys, state, status)
+   !> Trials until one is good; self%left is that one
+   recursive subroutine find_step(self, stepper, sys, state, status)
       class(controlled_run_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper
       class(ode_system), intent(inout) :: sys
       type(state_type), intent(in) :: state
       type(status_type), intent(inout) :: status
       type(status_type) :: cause
-      type(method_properties) :: facts
-      real(wp) :: h, t1, tau, error
-      logical :: is_last
+      real(wp) :: h, t1
+      integer :: trial
 
-      facts = stepper%properties()
-      do
+      if (status%failed()) return
+      do trial = 1, most_trials
          h = self%h
-         is_last = abs(h) >= abs(self%t_end - state%t)
-         if (is_last) h = self%t_end - state%t
-         if (.not. abs(h) > max(self%control%h_min, 2.0_wp*spacing(state%t)) .and. .not. is_last) then
-            call too_small(self, state%t, h, cause, status)
-            return
-         end if
          t1 = state%t + h
-         if (is_last) then
+         if (abs(h) >= abs(self%t_end - state%t)) then
             t1 = self%t_end
-         else
-            h = t1 - state%t              ! what the rounding of a large t leaves
+         else if (.not. abs(h) > max(self%control%h_min, 2.0_wp*spacing(state%t))) then
+            exit
          end if
-         cause = status_type()
-         call stepper%try_step(sys, state, h, t1, self%trial, cause)
-         if (.not. cause%failed()) call stepper%estimate_error(self%error)
-         if (.not. cause%failed() .and. .not. (all(ieee_is_finite(self%error)) .and. all(ieee_is_finite(self%trial%y)))) &
-            & call cause%set(dynstep_not_finite, 'the step from t = '//text(state%t)//' leaves the range of numbers', retry=.true.)
+         h = t1 - state%t              ! what the rounding of a large t leaves
+         call cause%clear()
+         call self%try(stepper, sys, state, t1, cause)
          if (cause%failed()) then
             stepper%count%rejections = stepper%count%rejections + 1
-            self%h = 0.5_wp*h
             if (.not. cause%retry) then
                status = cause
                return
-            else if (.not. abs(self%h) > max(self%control%h_min, 2.0_wp*spacing(state%t))) then
-               call too_small(self, state%t, self%h, cause, status)
-               return
             end if
+            self%h = merge(0.25_wp, 0.5_wp, self%control%is_weighted())*h
+            self%after_rejection = .true.
             cycle
          end if
-         error = maxval(abs(self%error))
-         tau = self%control%tolerance*max(maxval(abs(self%trial%y)), 1.0_wp)
-         self%h = self%control%next(h, tau, error, self%error_before, 1.0_wp/real(facts%error_order + 1, wp))
-         self%h = sign(min(abs(self%h), self%longest), h)
-         self%error_before = merge(error, -1.0_wp, error > 0.0_wp)
-         if (error <= tau) return
+         call choose_next(self, h)
+         if (self%verdict%error <= 1.0_wp .and. self%verdict%is_converged) then
+            self%after_rejection = .false.
+            return
+         end if
+         self%after_rejection = .true.
          stepper%count%rejections = stepper%count%rejections + 1
+         call check_tolerance(self, state, status)
+         if (status%failed()) return
       end do
-   end subroutine make_step
+      call too_small(self, state%t, self%h, cause, status)
+   end subroutine find_step
+
+   !> self%h behind a trial of length h
+   pure subroutine choose_next(self, h)
+      class(controlled_run_type), intent(inout) :: self
+      real(wp), intent(in) :: h
+      real(wp) :: next, longest
+      associate (verdict => self%verdict)
+         next = verdict%h_next
+         if (.not. abs(next) > 0.0_wp) next = self%control%next(h, verdict%error, self%error_before, &
+            & 1.0_wp/real(verdict%error_order + 1, wp), self%after_rejection)
+         longest = self%longest
+         if (self%growth < huge(1.0_wp)) longest = min(longest, self%growth*abs(h))
+         ! where a shorter step led to an end, the length before it is not forgotten
+         if (verdict%error <= 1.0_wp .and. abs(h) < 0.9_wp*abs(self%h)) then
+            next = sign(max(abs(next), min(abs(self%h), self%growth*abs(h))), h)
+         else if (self%keeps_factors .and. abs(next) > abs(h) .and. abs(next) < worthwhile_growth*abs(h)) then
+            next = h
+         end if
+         self%h = sign(min(abs(next), longest), h)
+         self%error_before = merge(verdict%error, -1.0_wp, verdict%error > 0.0_wp)
+      end associate
+   end subroutine choose_next
+
+   recursive subroutine controlled_try(self, stepper, sys, state, t1, status)
+      class(controlled_run_type), intent(inout) :: self
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: t1
+      type(status_type), intent(inout) :: status
+      call stepper%try_within(sys, state, t1 - state%t, t1, self%norm, self%left, self%verdict, status)
+      if (status%failed() .or. ieee_is_finite(self%verdict%error)) return
+      self%verdict%error = huge(1.0_wp)
+   end subroutine controlled_try
+
+   !> Begin with a short step, but none that is longer than the one that was planned
+   recursive subroutine controlled_restarted(self, stepper, sys, state, status)
+      class(controlled_run_type), intent(inout) :: self
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      type(status_type), intent(inout) :: status
+      real(wp) :: planned
+      if (status%failed()) return
+      planned = self%h
+      self%error_before = -1.0_wp
+      self%after_rejection = .false.
+      call choose_first(self, stepper, sys, state)
+      if (abs(planned) > 0.0_wp) self%h = sign(min(abs(planned), abs(self%h)), self%h)
+   end subroutine controlled_restarted
 
    recursive subroutine too_small(self, t, h, cause, status)
       class(controlled_run_type), intent(in) :: self
@@ -235,52 +323,8 @@ contains
             & //trim(cause%message))
       else
          call status%set(dynstep_step_too_small, 'the step length fell to '//text(abs(h))//' at t = '//text(t) &
-            & //': the estimated error stays above tolerance = '//text(self%control%tolerance)//'; give a larger one')
+            & //': the estimated error stays above the tolerance; give a larger one, a smaller h_min, or declare where the ' &
+            & //'right side is not smooth')
       end if
    end subroutine too_small
-
-   recursive subroutine record_start(self, state, status, recorder)
-      class(controlled_run_type), intent(inout) :: self
-      type(state_type), intent(in) :: state
-      type(status_type), intent(inout) :: status
-      class(recorder_type), intent(inout), optional :: recorder
-      self%fresh = .false.
-      if (.not. present(recorder)) return
-      if (.not. allocated(self%control%t_eval)) then
-         call recorder%record(state, status)
-         return
-      end if
-      do while (self%next <= size(self%control%t_eval))
-         if (abs(self%control%t_eval(self%next) - state%t) > 0.0_wp) return
-         call recorder%record(state, status)
-         self%next = self%next + 1
-      end do
-   end subroutine record_start
-
-   !> The step from `state` to self%trial
-   recursive subroutine record_step(self, stepper, sys, state, status, recorder)
-      class(controlled_run_type), intent(inout) :: self
-      class(stepper_type), intent(in) :: stepper
-      class(ode_system), intent(in) :: sys
-      type(state_type), intent(in) :: state
-      type(status_type), intent(inout) :: status
-      class(recorder_type), intent(inout), optional :: recorder
-      if (.not. present(recorder)) return
-      if (.not. allocated(self%control%t_eval)) then
-         call recorder%record(self%trial, status)
-         return
-      end if
-      do while (self%next <= size(self%control%t_eval))
-         associate (te => self%control%t_eval(self%next))
-            if ((te - self%trial%t)*sign(1.0_wp, self%trial%t - state%t) > 0.0_wp) return
-            if (abs(te - self%trial%t) > 0.0_wp) then
-               call stepper%interpolate(sys, state, self%trial, te, self%point)
-               call recorder%record(self%point, status)
-            else
-               call recorder%record(self%trial, status)
-            end if
-         end associate
-         self%next = self%next + 1
-      end do
-   end subroutine record_step
 end module dynstep_controlled_run

@@ -10,31 +10,29 @@
 !>     call stepper%start(sys, state, status)
 !>     call integrate(stepper, sys, state, t_end, control, status, recorder, observer)
 !>
-!>   or in pieces, with the same bits:
-!>
-!>     call run%begin(sys, state, t_end, control, status)
-!>     do
-!>        call run%proceed(stepper, sys, state, status, recorder, observer, max_steps)
-!>        if (status%code /= dynstep_more) exit
-!>     end do
+!>   or in pieces, with the same bits: run%begin(sys, state, t_end, control, status), then run%proceed, see DYNSTEP_RUN.
 !>
 !>   The times of the steps are t0 + k h, never an accumulated sum.  Where the interval is no
 !>   whole number of steps, the last step is shorter.  What is recorded: the times t_eval
 !>   where they are given (interpolated inside the step that holds them), else the start,
 !>   every `every`-th step, and the last point reached.
+!>
+!>   A step that is cut at an event is followed by a shorter one to the next of these times, so that all others have the
+!>   length h.  Points at events are recorded, too, without t_eval and with every > 0.
 module dynstep_integrate
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_events, only: event_type
    use dynstep_kinds, only: long, wp
    use dynstep_ode_system, only: ode_system
-   use dynstep_start_check, only: check_state
-   use dynstep_status, only: dynstep_invalid_input, dynstep_more, dynstep_not_finite, dynstep_stopped, status_type
-   use dynstep_stepper, only: allocate_state, clock_type, has_shape, state_type, step_counters, stepper_type
+   use dynstep_run, only: copy_point, observer_type, run_type, steps_before_time
+   use dynstep_status, only: dynstep_invalid_input, dynstep_not_finite, status_type
+   use dynstep_stepper, only: clock_type, method_properties, state_type, step_counters, stepper_type
    use dynstep_text, only: text
    use dynstep_trajectory, only: recorder_type
    implicit none
    private
 
-   public :: check_started, check_times, integrate, steps_before_time
+   public :: integrate
 
    !> What a run with steps of one length is asked to do
    type, public :: control_type
@@ -43,72 +41,22 @@ module dynstep_integrate
       real(wp), allocatable :: t_eval(:)     !! times to record, in the order of the run
    end type control_type
 
-   !> Sees every accepted state; may end the run
-   type, abstract, public :: observer_type
-   contains
-      procedure(observe_interface), deferred :: observe
-   end type observer_type
-
-   abstract interface
-      !> stop = .true. ends the run with status dynstep_stopped
-      recursive subroutine observe_interface(self, stepper, state, stop)
-         import :: observer_type, state_type, stepper_type
-         class(observer_type), intent(inout) :: self
-         class(stepper_type), intent(in) :: stepper      !! for its counters
-         type(state_type), intent(in) :: state
-         logical, intent(inout) :: stop
-      end subroutine observe_interface
-   end interface
-
-   !> A run that can be left and taken up again; how it chooses its steps is left to extensions
-   type, abstract, public :: run_type
-      real(wp) :: t_end = 0.0_wp
-   contains
-      procedure(proceed_interface), deferred :: proceed
-      procedure(steps_for_interface), deferred :: steps_for
-   end type run_type
-
-   abstract interface
-      !> Go on to t_end, or for max_steps accepted steps and then say dynstep_more.  News of an earlier call in `status`
-      !> are cleared.
-      recursive subroutine proceed_interface(self, stepper, sys, state, status, recorder, observer, max_steps)
-         import :: observer_type, ode_system, recorder_type, run_type, state_type, status_type, stepper_type
-         class(run_type), intent(inout) :: self
-         class(stepper_type), intent(inout) :: stepper
-         class(ode_system), intent(inout) :: sys
-         type(state_type), intent(inout) :: state
-         type(status_type), intent(inout) :: status
-         class(recorder_type), intent(inout), optional :: recorder
-         class(observer_type), intent(inout), optional :: observer
-         integer, intent(in), optional :: max_steps          !! >= 0; 0 records the start, no more
-      end subroutine proceed_interface
-
-      !> How many steps record no more points than there is room for, but perhaps in the last of them, where t_eval has
-      !> many inside one step; 0: the start alone.  The end of a run, planned or not, records one point more, and it does
-      !> so before the last of the points counted on here.
-      pure integer(long) function steps_for_interface(self, state, recorded, room)
-         import :: long, run_type, state_type
-         class(run_type), intent(in) :: self
-         type(state_type), intent(in) :: state
-         integer(long), intent(in) :: recorded               !! points since `begin`
-         integer(long), intent(in) :: room                   !! points, >= 1
-      end function steps_for_interface
-   end interface
-
    !> A run with steps of one length
    type, extends(run_type), public :: integration_type
       type(control_type) :: control
       type(clock_type), private :: clock                 ! of the steps of full length
       integer(long), private :: full_steps = 0           ! how many there are
       real(wp), private :: last_step = 0.0_wp            ! length of the shorter last one, or 0
-      integer, private :: next = 1                       ! first t_eval that is not recorded
-      logical, private :: fresh = .true.                 ! nothing done since `begin`
-      logical, private :: recorded = .false.             ! the present state is recorded
       integer, private :: longest_block = huge(1)        ! steps that are made at once
-      type(state_type), private :: left, point           ! begin of a step, point inside it
+      logical, private :: is_cut = .false.               ! the present state lies inside a step, at an event
+      real(wp), private :: length = 0.0_wp               ! of the last step, where steps are made one by one
+      type(method_properties), private :: facts          ! of the method, then
    contains
       procedure :: begin => integration_begin
-      procedure :: proceed => integration_proceed
+      procedure :: make_steps => integration_make_steps
+      procedure :: try => integration_try
+      procedure :: restarted => integration_restarted
+      procedure :: wants_point => integration_wants_point
       procedure :: steps_for => integration_steps_for
       procedure :: finished => integration_finished
    end type integration_type
@@ -116,7 +64,7 @@ module dynstep_integrate
 contains
 
    !> From state%t to t_end.  On return `state` is the last accepted state, also on failure.
-   recursive subroutine integrate(stepper, sys, state, t_end, control, status, recorder, observer)
+   recursive subroutine integrate(stepper, sys, state, t_end, control, status, recorder, observer, events)
       class(stepper_type), intent(inout) :: stepper       !! started on `sys` and `state`
       class(ode_system), intent(inout) :: sys
       type(state_type), intent(inout) :: state
@@ -125,9 +73,10 @@ contains
       type(status_type), intent(inout) :: status
       class(recorder_type), intent(inout), optional :: recorder
       class(observer_type), intent(inout), optional :: observer
+      class(event_type), intent(inout), optional :: events
       type(integration_type) :: run
       call run%begin(sys, state, t_end, control, status)
-      call run%proceed(stepper, sys, state, status, recorder, observer)
+      call run%proceed(stepper, sys, state, status, recorder, observer, events=events)
    end subroutine integrate
 
    !> Check the control and count the steps
@@ -141,14 +90,14 @@ contains
       real(wp) :: span, steps
 
       call check_control(control, state%t, t_end, status)
+      call self%begin_common(sys, state, t_end, control%t_eval, status)
       if (status%failed()) return
       self%control = control
-      self%t_end = t_end
       self%clock = clock_type(t0=state%t, h=control%h, k=0)
-      self%next = 1
-      self%fresh = .true.
-      self%recorded = .false.
       self%longest_block = huge(1)
+      self%is_cut = .false.
+      self%length = 0.0_wp
+      self%facts%order = 0
       span = t_end - state%t
       steps = anint(span/control%h)
       ! h, span and both times carry rounding errors of half a unit each
@@ -159,8 +108,6 @@ contains
          self%full_steps = int(span/control%h, long)
          self%last_step = t_end - self%clock%time() - real(self%full_steps, wp)*control%h
       end if
-      call allocate_state(sys, self%left, status)
-      call allocate_state(sys, self%point, status)
    end subroutine integration_begin
 
    recursive subroutine check_control(control, t, t_end, status)
@@ -169,11 +116,8 @@ contains
       type(status_type), intent(inout) :: status
 
       if (status%failed()) return
-      if (.not. ieee_is_finite(t)) then
-         call status%set(dynstep_invalid_input, 'the time of the state is '//text(t))
-      else if (.not. ieee_is_finite(t_end)) then
-         call status%set(dynstep_invalid_input, 't_end = '//text(t_end)//' is not finite')
-      else if (.not. ieee_is_finite(control%h)) then
+      if (.not. (ieee_is_finite(t) .and. ieee_is_finite(t_end))) return      ! begin_common tells
+      if (.not. ieee_is_finite(control%h)) then
          call status%set(dynstep_invalid_input, 'h = '//text(control%h)//' is not finite')
       else if (abs(control%h) <= 0.0_wp) then
          call status%set(dynstep_invalid_input, 'h must not be zero')
@@ -186,62 +130,15 @@ contains
       else if (control%every < 0) then
          call status%set(dynstep_invalid_input, 'every = '//text(control%every)//' must be 0 or more')
       end if
-      if (allocated(control%t_eval)) call check_times(control%t_eval, t, t_end, status)
    end subroutine check_control
-
-   !> Times to record lie inside the interval, in the order of the run
-   recursive subroutine check_times(t_eval, t, t_end, status)
-      real(wp), intent(in) :: t_eval(:)
-      real(wp), intent(in) :: t, t_end               !! begin and end of the run
-      type(status_type), intent(inout) :: status
-      integer :: i
-      real(wp) :: direction
-
-      direction = sign(1.0_wp, t_end - t)
-      do i = 1, size(t_eval)
-         if (status%failed()) return
-         associate (te => t_eval(i))
-            if (.not. ieee_is_finite(te)) then
-               call refuse('is not finite')
-            else if (direction*(te - t) < 0.0_wp .or. direction*(t_end - te) < 0.0_wp) then
-               call refuse('lies outside the interval from '//text(t)//' to '//text(t_end))
-            else if (direction*(te - t_eval(max(1, i - 1))) < 0.0_wp) then
-               call refuse('is out of order; sort t_eval in the direction of the run')
-            end if
-         end associate
-      end do
-
-   contains
-
-      recursive subroutine refuse(why)
-         character(len=*), intent(in) :: why
-         call status%set(dynstep_invalid_input, 't_eval('//text(i)//') = '//text(t_eval(i))//' '//why)
-      end subroutine refuse
-   end subroutine check_times
-
-   !> The method was started, on a state of this system
-   recursive subroutine check_started(stepper, sys, state, status)
-      class(stepper_type), intent(in) :: stepper
-      class(ode_system), intent(in) :: sys
-      type(state_type), intent(in) :: state
-      type(status_type), intent(inout) :: status
-      if (.not. (stepper%is_started .and. stepper%fits(sys))) then
-         call status%set(dynstep_invalid_input, 'the method is not started on this system of n = '//text(sys%n) &
-            & //' unknowns; call init and start before a run')
-         return
-      end if
-      call check_state('the state', sys, state, status)
-      if (status%failed() .or. has_shape(sys, state)) return
-      call status%set(dynstep_invalid_input, 'the state has no accelerations of this system; call start on it before a run')
-   end subroutine check_started
 
    pure integer(long) function integration_steps_for(self, state, recorded, room)
       class(integration_type), intent(in) :: self
       type(state_type), intent(in) :: state
       integer(long), intent(in) :: recorded, room
       integer(long) :: points
-      if (allocated(self%control%t_eval)) then
-         integration_steps_for = steps_before_time(self%control%t_eval, recorded + room + 1, state%t, self%control%h)
+      if (allocated(self%t_eval)) then
+         integration_steps_for = steps_before_time(self%t_eval, recorded + room + 1, state%t, self%control%h)
       else if (self%control%every > 0) then
          points = room - merge(1, 0, recorded == 0)          ! the start
          integration_steps_for = points*self%control%every - mod(self%clock%k, int(self%control%every, long))
@@ -250,67 +147,38 @@ contains
       end if
    end function integration_steps_for
 
-   !> Steps up to the one that reaches t_eval(i), 1 or more; any number where there is no such time
-   pure integer(long) function steps_before_time(t_eval, i, t, longest)
-      real(wp), intent(in) :: t_eval(:)
-      integer(long), intent(in) :: i
-      real(wp), intent(in) :: t                           !! present time
-      real(wp), intent(in) :: longest                     !! step, in the direction of the run; 0 where that ends at t
-      steps_before_time = huge(steps_before_time)
-      if (i > size(t_eval)) return
-      steps_before_time = 1
-      if (abs(longest) > 0.0_wp) steps_before_time = max(1_long, int(min((t_eval(i) - t)/longest, real(huge(1), wp)), long))
-   end function steps_before_time
-
    !> True where t_end is reached
-   pure logical function integration_finished(self)
+   pure logical function integration_finished(self, state)
       class(integration_type), intent(in) :: self
+      type(state_type), intent(in) :: state
       integration_finished = self%clock%k >= self%full_steps .and. .not. abs(self%last_step) > 0.0_wp
+      if (self%is_cut) integration_finished = .not. abs(self%t_end - state%t) > 0.0_wp
    end function integration_finished
 
-   recursive subroutine integration_proceed(self, stepper, sys, state, status, recorder, observer, max_steps)
+   pure logical function integration_wants_point(self)
+      class(integration_type), intent(in) :: self
+      integration_wants_point = self%control%every > 0
+      if (.not. integration_wants_point .or. self%is_cut) return
+      if (self%clock%k < self%full_steps .or. .not. abs(self%last_step) > 0.0_wp) &
+         & integration_wants_point = mod(self%clock%k, int(self%control%every, long)) == 0
+   end function integration_wants_point
+
+   recursive subroutine integration_make_steps(self, stepper, sys, state, steps, is_recording, is_observed, status, events)
       class(integration_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper
       class(ode_system), intent(inout) :: sys
       type(state_type), intent(inout) :: state
+      integer, intent(inout) :: steps
+      logical, intent(in) :: is_recording, is_observed
       type(status_type), intent(inout) :: status
-      class(recorder_type), intent(inout), optional :: recorder
-      class(observer_type), intent(inout), optional :: observer
-      integer, intent(in), optional :: max_steps          !! >= 0; 0 records the start, no more
-      integer :: allowed, steps
-      logical :: stop_asked
-
-      if (status%failed()) return
-      call status%clear()
-      if (self%fresh) call check_started(stepper, sys, state, status)
-      if (status%failed()) return
-      allowed = huge(allowed)
-      if (present(max_steps)) allowed = max_steps
-      if (allowed < 0) then
-         call status%set(dynstep_invalid_input, 'max_steps = '//text(allowed)//' must be 0 or more')
-         return
+      class(event_type), intent(inout), optional :: events
+      if (self%watch%count > 0) then
+         call make_watched_step(self, stepper, sys, state, steps, status, events)
+      else
+         steps = block_length(self, steps, is_recording, is_observed)
+         call make_block(self, stepper, sys, state, steps, status)
       end if
-      if (self%fresh) call record_start(self, state, status, recorder)
-      do while (.not. self%finished() .and. .not. status%failed())
-         if (allowed <= 0) then
-            call status%set(dynstep_more, 'the allowance of steps of this call is used up at t = ' &
-               & //text(state%t)//'; call again to go on')
-            return
-         end if
-         steps = block_length(self, allowed, present(recorder), present(observer))
-         call make_steps(self, stepper, sys, state, steps, status)
-         allowed = allowed - steps
-         if (status%failed()) exit
-         call record_point(self, stepper, sys, state, status, recorder)
-         if (status%failed() .or. .not. present(observer)) cycle
-         stop_asked = .false.
-         call observer%observe(stepper, state, stop_asked)
-         if (.not. stop_asked) cycle
-         call status%set(dynstep_stopped, 'an observer asked to stop at t = '//text(state%t))
-         exit
-      end do
-      call record_last(self, state, status, recorder)
-   end subroutine integration_proceed
+   end subroutine integration_make_steps
 
    !> Steps until something is to be recorded or observed.  With t_eval the step that holds
    !> the next time is made alone, since both its ends are needed.
@@ -324,12 +192,10 @@ contains
          steps = 1
       else if (.not. records) then
          continue
-      else if (allocated(self%control%t_eval)) then
-         if (self%next <= size(self%control%t_eval)) then
-            associate (ahead => self%control%t_eval(self%next) - self%clock%time())
-               steps = min(steps, max(1_long, int(ahead/self%clock%h, long) - 1))
-            end associate
-         end if
+      else if (allocated(self%t_eval)) then
+         associate (ahead => self%next_time() - self%clock%time())
+            steps = min(steps, max(1_long, int(ahead/self%clock%h, long) - 1))
+         end associate
       else if (self%control%every > 0) then
          steps = min(steps, self%control%every - mod(self%clock%k, int(self%control%every, long)))
       end if
@@ -338,7 +204,7 @@ contains
 
    !> `steps` full steps, or the shorter last one.  Where they leave the range of numbers they
    !> are taken back, and fewer are tried, until the last state that is finite is found.
-   recursive subroutine make_steps(self, stepper, sys, state, steps, status)
+   recursive subroutine make_block(self, stepper, sys, state, steps, status)
       class(integration_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper
       class(ode_system), intent(inout) :: sys
@@ -368,86 +234,92 @@ contains
          self%longest_block = steps
       end do
       if (full_clock%k < self%full_steps) then
-         if (clock%k > full_clock%k) self%recorded = .false.
+         if (clock%k > full_clock%k) self%is_recorded = .false.
          self%clock = clock
       else
          if (status%failed()) return
          self%last_step = 0.0_wp
-         self%recorded = .false.
+         self%is_recorded = .false.
       end if
-      if (self%finished()) state%t = self%t_end
-   end subroutine make_steps
+      if (self%finished(state)) state%t = self%t_end
+   end subroutine make_block
 
-   recursive subroutine copy_point(from, to)
-      type(state_type), intent(in) :: from
-      type(state_type), intent(inout) :: to
-      to%t = from%t
-      to%y = from%y
-      to%a = from%a
-      to%lambda = from%lambda
-      to%psi = from%psi
-   end subroutine copy_point
-
-   recursive subroutine record_start(self, state, status, recorder)
+   !> One step to the next time t0 + k h, or to a zero of the functions that are watched before it
+   recursive subroutine make_watched_step(self, stepper, sys, state, steps, status, events)
       class(integration_type), intent(inout) :: self
-      type(state_type), intent(in) :: state
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      integer, intent(out) :: steps                      !! 0 where the zero is at `state` itself
       type(status_type), intent(inout) :: status
-      class(recorder_type), intent(inout), optional :: recorder
-      self%fresh = .false.
-      if (.not. present(recorder)) return
-      if (allocated(self%control%t_eval)) then
-         do while (self%next <= size(self%control%t_eval))
-            if (abs(self%control%t_eval(self%next) - state%t) > 0.0_wp) exit
-            call recorder%record(state, status)
-            self%next = self%next + 1
-         end do
-      else if (self%control%every > 0) then
-         call recorder%record(state, status)
-         self%recorded = .true.
-      end if
-   end subroutine record_start
+      class(event_type), intent(inout), optional :: events
+      logical :: is_full, no_step
+      real(wp) :: t1
 
-   !> What the steps just made have to give to the recorder
-   recursive subroutine record_point(self, stepper, sys, state, status, recorder)
+      steps = 0
+      if (self%facts%order == 0) self%facts = stepper%properties()
+      is_full = self%clock%k < self%full_steps
+      t1 = merge(self%clock%time(1), self%t_end, is_full)
+      if (is_full .and. self%clock%k + 1 == self%full_steps .and. .not. abs(self%last_step) > 0.0_wp) t1 = self%t_end
+      if (abs(t1 - state%t) > 2.0_wp*spacing(max(abs(t1), abs(state%t)))) then
+         call limit_growth(self, stepper, sys, state, t1, status)
+         call self%try(stepper, sys, state, t1, status)
+         call self%cut_at_zero(stepper, sys, state, self%facts%order, no_step, status, events)
+         if (status%failed()) return
+         if (.not. no_step) then
+            self%length = self%left%t - state%t
+            call stepper%accept(state, self%left)
+            steps = 1
+         end if
+         self%is_cut = self%which > 0
+         if (self%is_cut) return
+      end if
+      ! the step is complete, or what is left of it is lost in rounding
+      state%t = t1
+      self%is_cut = .false.
+      if (is_full) then
+         self%clock%k = self%clock%k + 1
+      else
+         self%last_step = 0.0_wp
+      end if
+   end subroutine make_watched_step
+
+   !> Behind a very short step a method with a memory starts anew, as its slopes over that step are rounding errors
+   recursive subroutine limit_growth(self, stepper, sys, state, t1, status)
+      class(integration_type), intent(inout) :: self
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      real(wp), intent(in) :: t1
+      type(status_type), intent(inout) :: status
+      if (.not. abs(self%length) > 0.0_wp .or. .not. abs(t1 - state%t) > abs(self%length)) return
+      if (abs(t1 - state%t)/self%facts%step_growth_limit > abs(self%length)) call stepper%restart(sys, state, status)
+   end subroutine limit_growth
+
+   recursive subroutine integration_try(self, stepper, sys, state, t1, status)
+      class(integration_type), intent(inout) :: self
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: t1
+      type(status_type), intent(inout) :: status
+      real(wp) :: h
+      h = t1 - state%t
+      if (.not. self%is_cut .and. abs(h - self%clock%h) <= 2.0_wp*spacing(max(abs(t1), abs(state%t)))) h = self%clock%h
+      call stepper%try_step(sys, state, h, t1, self%left, status)
+      if (status%failed()) return
+      if (.not. all(ieee_is_finite(self%left%y))) call status%set(dynstep_not_finite, 'the step from t = '//text(state%t) &
+         & //' leaves the range of numbers; the motion grows, or h = '//text(h)//' is beyond the stability limit of the method', &
+         & retry=.true.)
+   end subroutine integration_try
+
+   !> Nothing: the times of the steps stay
+   recursive subroutine integration_restarted(self, stepper, sys, state, status)
       class(integration_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper
       class(ode_system), intent(inout) :: sys
       type(state_type), intent(in) :: state
       type(status_type), intent(inout) :: status
-      class(recorder_type), intent(inout), optional :: recorder
-      real(wp) :: te
-
-      if (.not. present(recorder)) return
-      if (.not. allocated(self%control%t_eval)) then
-         if (self%control%every == 0) return
-         if (mod(self%clock%k, int(self%control%every, long)) /= 0) return
-         call recorder%record(state, status)
-         self%recorded = .true.
-         return
-      end if
-      do while (self%next <= size(self%control%t_eval))
-         te = self%control%t_eval(self%next)
-         if (sign(1.0_wp, self%clock%h)*(te - state%t) > 0.0_wp) return
-         if (abs(te - state%t) > 0.0_wp) then
-            call stepper%interpolate(sys, self%left, state, te, self%point)
-            call recorder%record(self%point, status)
-         else
-            call recorder%record(state, status)
-         end if
-         self%next = self%next + 1
-      end do
-   end subroutine record_point
-
-   !> The point where the run ended, unless t_eval says what is wanted
-   recursive subroutine record_last(self, state, status, recorder)
-      class(integration_type), intent(inout) :: self
-      type(state_type), intent(in) :: state
-      type(status_type), intent(inout) :: status
-      class(recorder_type), intent(inout), optional :: recorder
-      type(status_type) :: own
-      if (.not. present(recorder) .or. self%recorded .or. allocated(self%control%t_eval)) return
-      call recorder%record(state, own)
-      self%recorded = .true.
-      if (own%failed() .and. .not. status%failed()) status = own
-   end subroutine record_last
+      self%length = 0.0_wp
+   end subroutine integration_restarted
 end module dynstep_integrate

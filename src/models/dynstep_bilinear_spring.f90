@@ -7,7 +7,8 @@
 !> For x < -1 (zone -1) the paper prints the second line, too: `law_literal`, where the force
 !> jumps at x = -1 (from -k to k (1 - 2p)).  A spring that is the same in tension and compression is `law_odd`,
 !> F(x) = -F(-x).  In each zone the motion is harmonic, so the exact solution is a chain of
-!> cosines: `exact`.  F has a kink (or a jump) at a zone's end, where extrapolation fails.
+!> cosines: `exact`.  F has a kink (or a jump) at a zone's end, where extrapolation fails - unless the zones are declared
+!> (`zones_declared`): then a run starts anew at each end of a zone.
 module dynstep_bilinear_spring
    use dynstep_kinds, only: wp
    use dynstep_matrix, only: kind_diagonal, matrix_type
@@ -23,12 +24,14 @@ module dynstep_bilinear_spring
       real(wp) :: k = 10.0_wp       !! stiffness > 0 of zone 0
       real(wp) :: p = 0.5_wp        !! strain hardening: stiffness p k > 0 of the other zones
       integer :: law = law_odd
+      logical :: zones_declared = .false.   !! the ends of the zones are switch functions, x - 1 and x + 1
    contains
       procedure :: setup => spring_setup
       procedure :: force => spring_force
       procedure :: mass => spring_mass
       procedure :: tangent => spring_tangent
       procedure :: energy => spring_energy
+      procedure :: switch_values => spring_switch_values
       procedure :: zone => spring_zone
       procedure :: zone_law => spring_zone_law
       procedure :: next_crossing => spring_next_crossing
@@ -46,7 +49,32 @@ contains
       self%structure%tangent_is_symmetric = .true.
       self%structure%velocity_free = .true.
       self%structure%has_energy = .true.
+      self%switches = merge(2, 0, self%zones_declared)
    end subroutine spring_setup
+
+   !> x - 1 and x + 1
+   recursive subroutine spring_switch_values(self, t, y, s, ierr)
+      class(bilinear_spring), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(:)
+      real(wp), intent(out) :: s(:)
+      integer, intent(out) :: ierr
+      ierr = 0
+      s = [y(1) - 1.0_wp, y(1) + 1.0_wp]
+   end subroutine spring_switch_values
+
+   !> Where the right side is taken: the side of the declared ends, else by x and v
+   pure integer function present_zone(self, x, v) result(zone)
+      class(bilinear_spring), intent(in) :: self
+      real(wp), intent(in) :: x, v
+      if (self%zones_declared .and. allocated(self%side)) then
+         zone = 0
+         if (self%side(1) > 0) zone = 1
+         if (self%side(2) < 0) zone = -1
+      else
+         zone = self%zone(x, v)
+      end if
+   end function present_zone
 
    !> -1, 0 or 1; on a zone's end the velocity tells which zone the motion enters
    pure integer function spring_zone(self, x, v)
@@ -78,7 +106,7 @@ contains
       integer, intent(out) :: ierr
       real(wp) :: stiffness, centre
       ierr = 0
-      call self%zone_law(self%zone(q(1), v(1)), stiffness, centre)
+      call self%zone_law(present_zone(self, q(1), v(1)), stiffness, centre)
       f(1) = -stiffness*(q(1) - centre)
    end subroutine spring_force
 
@@ -100,7 +128,7 @@ contains
       integer, intent(out) :: ierr
       real(wp) :: stiffness, centre
       ierr = 0
-      call self%zone_law(self%zone(q(1), v(1)), stiffness, centre)
+      call self%zone_law(present_zone(self, q(1), v(1)), stiffness, centre)
       call k%set_entry(1, 1, stiffness)
    end subroutine spring_tangent
 

@@ -8,7 +8,7 @@ module dynstep_start_check
    use dynstep_linear_system, only: linear_system, load_samples
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
-   use dynstep_status, only: dynstep_invalid_input, status_type
+   use dynstep_status, only: dynstep_callback_failed, dynstep_invalid_input, status_type
    use dynstep_stepper, only: multiplier_counts, state_type, stepper_type
    use dynstep_text, only: text
    implicit none
@@ -57,13 +57,13 @@ contains
    end subroutine check_mechanical
 
    !> The method fits the system, and the start is one of it.  What else a state holds gets the
-   !> size that belongs to the system.
+   !> size that belongs to the system; the switch functions of the system tell its sides.
    recursive subroutine check_start(stepper, sys, state, status)
       class(stepper_type), intent(in) :: stepper
-      class(ode_system), intent(in) :: sys
+      class(ode_system), intent(inout) :: sys
       type(state_type), intent(inout) :: state
       type(status_type), intent(inout) :: status
-      integer :: m, p
+      integer :: m, p, ierr
 
       if (status%failed()) return
       if (.not. stepper%fits(sys)) then
@@ -81,6 +81,9 @@ contains
       call multiplier_counts(sys, m, p)
       call resize(state%lambda, m)
       call resize(state%psi, p)
+      call sys%find_sides(state%t, state%y, ierr)
+      if (ierr /= 0) call status%set(dynstep_callback_failed, 'switch_values refused the start at t = '//text(state%t) &
+         & //', or returned a value that is not finite')
    end subroutine check_start
 
    !> A load by samples is one of this system: its matrices may have been set again with another order

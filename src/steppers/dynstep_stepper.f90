@@ -514,7 +514,7 @@ contains
    end subroutine try_by_estimate
 
    !> `start` at a point inside a run, after a jump of the state, of parameters or of the right side.  The history is
-   !> forgotten, the counters go on.
+   !> forgotten; the counters go on, and the sides of switch functions are those that the caller has set.
    recursive subroutine restart_with_counts(self, sys, state, status)
       class(stepper_type), intent(inout) :: self
       class(ode_system), intent(inout) :: sys
@@ -523,7 +523,9 @@ contains
       type(step_counters) :: before
       if (status%failed()) return
       before = self%count
+      sys%keeps_sides = .true.
       call self%start(sys, state, status)
+      sys%keeps_sides = .false.
       call self%carry(before)
    end subroutine restart_with_counts
 

@@ -10,6 +10,12 @@
 !>   JACOBIAN has a default, differences of RHS; JACOBIAN_KIND tells its storage, and KL and KU
 !>   its band, which makes the differences cheap.  A mechanical system has tangents instead.
 !>
+!>   A right side that is smooth on each side of surfaces alone - a contact, a dead zone, dry friction - declares them:
+!>   SWITCHES is their number, SWITCH_VALUES gives functions that change their sign there.  A run ends a step at each
+!>   crossing and starts anew behind it.  The right side may ask SIDE(i), +1 or -1, in place of the sign of function i:
+!>   it does not change inside a step, so that the right side is smooth there, and it must be asked where the right
+!>   side jumps at the surface.
+!>
 !>   Every user procedure ends with IERR:  0 fine,  > 0 outside the model's domain, a
 !>   smaller step may help,  < 0 give up and return to the caller.
 module dynstep_ode_system
@@ -27,6 +33,10 @@ module dynstep_ode_system
       integer :: jacobian_kl = 0                 !! subdiagonals of a banded df/dy
       integer :: jacobian_ku = 0                 !! superdiagonals
       integer(long) :: difference_rhs = 0        !! evaluations of f for difference Jacobians
+      integer :: switches = 0                    !! number of switch functions of the right side
+      integer, allocatable :: side(:)            !! [switches] +1 or -1: the side of each that the right side is taken on;
+                                                 !! set by `start` of a stepper from the signs, and by runs
+      logical :: keeps_sides = .false.           !! `start` leaves them as they are (runs say so behind a crossing)
       real(wp), allocatable, private :: dynstep_differences(:, :)   ! workspace [n, 4]
    contains
       !> Length of the state vector y
@@ -36,6 +46,9 @@ module dynstep_ode_system
       !> df/dy
       procedure :: jacobian => difference_jacobian
       procedure, non_overridable :: difference_jacobian
+      !> Switch functions of the right side
+      procedure :: switch_values => no_switch_values
+      procedure, non_overridable :: find_sides
    end type ode_system
 
    abstract interface
@@ -55,6 +68,43 @@ contains
       class(ode_system), intent(in) :: self
       ode_state_size = self%n
    end function ode_state_size
+
+   !> Functions s(t, y) of the surfaces where the right side is not smooth; an override fills all of them
+   recursive subroutine no_switch_values(self, t, y, s, ierr)
+      class(ode_system), intent(inout) :: self
+      real(wp), intent(in) :: t                     !! time
+      real(wp), intent(in) :: y(:)                  !! state [state_size], [q; v] of a mechanical system
+      real(wp), intent(out) :: s(:)                 !! values [switches]
+      integer, intent(out) :: ierr                  !! 0, > 0 smaller step, < 0 give up
+      ierr = -1
+      s = 0.0_wp
+   end subroutine no_switch_values
+
+   !> `side` from the signs of the switch functions; +1 where one is zero
+   recursive subroutine find_sides(self, t, y, ierr)
+      class(ode_system), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(:)                  !! [state_size]
+      integer, intent(out) :: ierr                  !! /= 0: a value is not to be had, or not a number
+      real(wp) :: s(self%switches)
+      integer :: i
+      ierr = 0
+      if (self%switches < 1) return
+      if (allocated(self%side)) then
+         if (size(self%side) /= self%switches) deallocate (self%side)
+      end if
+      if (.not. allocated(self%side)) allocate (self%side(self%switches), source=1)
+      if (self%keeps_sides) return
+      call self%switch_values(t, y, s, ierr)
+      if (ierr /= 0) return
+      do i = 1, self%switches
+         if (.not. ieee_is_finite(s(i))) then
+            ierr = 1
+            return
+         end if
+         self%side(i) = merge(-1, 1, s(i) < 0.0_wp)
+      end do
+   end subroutine find_sides
 
    !> df/dy by differences.  An override fills `jac`, whose kind and bandwidths are those declared and
    !> whose entries are zero on entry.

@@ -218,7 +218,7 @@ contains
             k(2, 1:4) = x**3*b*[-4.0_wp, 6.0_wp, -4.0_wp, 1.0_wp]
             ! (4.27)
             do i = 2, n - 1
-               if (i > 2) k(i, i - 2:min(i + 2, n)) = x**3*b*[1.0_wp, -4.0_wp, 6.0_wp, -4.0_wp, 1.0_wp]
+               if (i > 2 .and. i + 2 <= n) k(i, i - 2:i + 2) = x**3*b*[1.0_wp, -4.0_wp, 6.0_wp, -4.0_wp, 1.0_wp]
                m(i, i - 1:i + 1) = [-x*d, a/x + 2*x*d, -x*d]
             end do
             ! (4.31), with -2 (b(n-1) + b(n-2)) z(n-2) and -2 b(n-1) zn

@@ -212,7 +212,7 @@ contains
             if (status%code /= dynstep_more) exit
          end do
          call check(error, status%code, dynstep_success, method//': '//trim(status%message))
-         call check(error, in_pieces%finished(), method//' is finished')
+         call check(error, in_pieces%finished(state), method//' is finished')
          call check(error, equal(state%y, at_end%y) .and. equal(state%a, at_end%a), method//': the end of a run in pieces')
          call check(error, same_points(points, whole), method//': the points of a run in pieces')
       end do

@@ -5,7 +5,8 @@ module test_misuse
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
    use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode, ieee_usual
    use dynstep_extrapolation, only: extrapolation_stepper
-   use dynstep_integrate, only: control_type, integrate, integration_type, observer_type
+   use dynstep_integrate, only: control_type, integrate, integration_type
+   use dynstep_run, only: observer_type
    use dynstep_kinds, only: wp
    use dynstep_linear_system, only: linear_system
    use dynstep_matrix, only: diagonal_matrix, identity_matrix, kind_diagonal, matrix_type, zero_matrix

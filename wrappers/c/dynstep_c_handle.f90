@@ -18,7 +18,7 @@ module dynstep_c_handle
    use dynstep_c_points, only: point_buffer
    use dynstep_c_systems, only: c_linear_system, c_observer, c_system
    use dynstep_flat_method, only: base_backinterpolation, method_settings
-   use dynstep_integrate, only: run_type
+   use dynstep_run, only: run_type
    use dynstep_kinds, only: wp
    use dynstep_matrix, only: identity_matrix, matrix_type, zero_matrix
    use dynstep_ode_system, only: ode_system

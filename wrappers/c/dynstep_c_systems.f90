@@ -7,7 +7,7 @@
 module dynstep_c_systems
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_loc, c_null_ptr, c_ptr
    use dynstep_c_constraints, only: c_constrained_system
-   use dynstep_integrate, only: observer_type
+   use dynstep_run, only: observer_type
    use dynstep_kinds, only: wp
    use dynstep_linear_system, only: linear_system
    use dynstep_matrix, only: kind_zero, matrix_type

@@ -10,10 +10,11 @@ module dynstep_f77_run
       & describe_method, describe_output, describe_pade
    use dynstep_f77_systems, only: f77_force, f77_linear_system, f77_load, f77_mass, f77_out, f77_output, &
       & f77_system, f77_tangent
-   use dynstep_integrate, only: control_type, integrate, integration_type, run_type
+   use dynstep_integrate, only: control_type, integrate, integration_type
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
+   use dynstep_run, only: run_type
    use dynstep_status, only: dynstep_stopped, status_type
    use dynstep_step_control, only: step_control_type
    use dynstep_stepper, only: allocate_state, state_type, step_counters, stepper_type
