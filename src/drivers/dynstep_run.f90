@@ -493,7 +493,7 @@ contains
          state%y = self%point%y
          return
       end if
-      call check_state('the state behind event '//trim(text(i)), sys, state, status)
+      call check_state('the state behind event '//text(i)//' at t = '//text(state%t), sys, state, status)
       if (status%failed()) then
          state%y = self%point%y
          return

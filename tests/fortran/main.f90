@@ -12,6 +12,7 @@ program tester
    use test_constrained_models, only: collect_constrained_models
    use test_constrained_orders, only: collect_constrained_orders
    use test_divided_steps, only: collect_divided_steps
+   use test_events, only: collect_events
    use test_drivers, only: collect_drivers
    use test_endings, only: collect_endings
    use test_figures, only: collect_figures
@@ -57,6 +58,7 @@ program tester
       & new_testsuite('constrained_extremes', collect_constrained_extremes), &
       & new_testsuite('constrained_orders', collect_constrained_orders), &
       & new_testsuite('divided_steps', collect_divided_steps), &
+      & new_testsuite('events', collect_events), &
       & new_testsuite('matrix', collect_matrix), &
       & new_testsuite('linalg', collect_linalg), &
       & new_testsuite('singular', collect_singular), &
