@@ -14,7 +14,8 @@ module dynstep
    use dynstep_error_norm, only: error_norm_type, norm_largest, norm_weighted
    use dynstep_events, only: event_log, event_type
    use dynstep_extrapolation, only: extrapolation_stepper
-   use dynstep_extrapolation_stability, only: extrapolation_limit, growth_per_step, small_step_growth, stability_limit
+   use dynstep_extrapolation_limit, only: extrapolation_limit
+   use dynstep_extrapolation_stability, only: growth_per_step, small_step_growth, stability_limit
    use dynstep_flexible_arm, only: arm_consistent, arm_listing, arm_symmetric, beam_euler_bernoulli, beam_timoshenko, &
       & euler_bernoulli_gains, flexible_arm, input_none, input_pulse, input_ramp, input_step, timoshenko_gains
    use dynstep_generalized_alpha, only: generalized_alpha_stepper

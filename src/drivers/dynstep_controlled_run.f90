@@ -151,13 +151,14 @@ contains
       class(stepper_type), intent(in) :: stepper
       class(ode_system), intent(in) :: sys
       type(state_type), intent(in) :: state
-      real(wp) :: slope(size(state%y)), second(size(state%y))
+      real(wp), allocatable :: slope(:), second(:)
       real(wp) :: h
 
       if (.not. self%control%is_weighted()) then
          h = abs(self%control%h_first)
          if (.not. h > 0.0_wp) h = abs(self%t_end - state%t)/128.0_wp
       else
+         allocate (slope(size(state%y)), second(size(state%y)))
          select type (sys)
          class is (mechanical_system)
             slope(1:sys%n) = state%y(sys%n + 1:)
@@ -211,11 +212,21 @@ contains
       steps = 0
       if (.not. abs(self%h) > 0.0_wp) call choose_first(self, stepper, sys, state)
       call find_step(self, stepper, sys, state, status)
+      call self%monitor%look(stepper, sys, self%left%t - state%t, steps_ahead(self, state))
       call self%cut_at_zero(stepper, sys, state, self%verdict%order, no_step, status, events)
       if (status%failed() .or. no_step) return
       call stepper%accept(state, self%left)
       steps = 1
    end subroutine controlled_make_steps
+
+   !> Steps of the present length to the end
+   pure integer(long) function steps_ahead(self, state)
+      class(controlled_run_type), intent(in) :: self
+      type(state_type), intent(in) :: state
+      steps_ahead = 1
+      if (abs(self%left%t - state%t) > 0.0_wp) steps_ahead = int(min(abs((self%t_end - state%t)/(self%left%t - state%t)), &
+         & 1.0e10_wp), long)
+   end function steps_ahead
 
    !> Trials until one is good; self%left is that one
    recursive subroutine find_step(self, stepper, sys, state, status)

@@ -172,6 +172,7 @@ contains
       logical, intent(in) :: is_recording, is_observed
       type(status_type), intent(inout) :: status
       class(event_type), intent(inout), optional :: events
+      call self%monitor%look(stepper, sys, self%clock%h, self%full_steps)
       if (self%watch%count > 0) then
          call make_watched_step(self, stepper, sys, state, steps, status, events)
       else

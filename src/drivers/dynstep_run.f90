@@ -11,7 +11,8 @@
 !>     end do
 !>
 !>   Recorded are the times t_eval where they are given (interpolated inside the step that holds them), else steps.  Where
-!>   an event changes the state, both are recorded, before and after it.
+!>   an event changes the state, both are recorded, before and after it.  Where the steps are longer than the method bears,
+!>   run%monitor%warning says so with numbers.
 !>
 !>   A step in which a function of the events, or a switch function of the system, goes through zero is made again, up to
 !>   the zero: real steps are made to times that a secant gives, until the zero is within rounding.  Behind a switch, or an
@@ -22,6 +23,7 @@ module dynstep_run
    use dynstep_events, only: event_log, event_type
    use dynstep_kinds, only: long, wp
    use dynstep_ode_system, only: ode_system
+   use dynstep_stability_monitor, only: stability_monitor
    use dynstep_start_check, only: check_state
    use dynstep_status, only: dynstep_callback_failed, dynstep_event, dynstep_invalid_input, dynstep_more, dynstep_not_converged, &
       & dynstep_stopped, dynstep_too_many_events, status_type
@@ -49,6 +51,7 @@ module dynstep_run
       logical :: is_recorded = .false.                   !! the present state is recorded
       integer :: which = 0                               !! function that is zero at the end of the step; 0: none
       type(event_watch) :: watch
+      type(stability_monitor) :: monitor                 !! monitor%warning tells of steps that are too long for the method
       logical, private :: fresh = .true.                 ! nothing done since `begin`
       integer, private :: next = 1                       ! first t_eval that is not recorded
       integer, private :: events_in_a_row = 0
@@ -212,6 +215,7 @@ contains
          end if
          steps = allowed
          call self%make_steps(stepper, sys, state, steps, present(recorder), present(observer), status, events)
+         call self%monitor%look_at_columns(stepper)
          allowed = allowed - steps
          if (status%failed()) exit
          if (steps > 0) call record_point(self, stepper, sys, state, status, recorder)
@@ -237,6 +241,7 @@ contains
       class(recorder_type), intent(inout), optional :: recorder
       class(event_type), intent(inout), optional :: events
       self%fresh = .false.
+      call self%monitor%begin(stepper, sys)
       call self%watch%begin(sys, status, events)
       if (allocated(self%last_time)) deallocate (self%last_time, self%quick_events)
       allocate (self%last_time(self%watch%count), source=huge(1.0_wp))

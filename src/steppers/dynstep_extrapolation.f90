@@ -25,6 +25,7 @@
 module dynstep_extrapolation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: acceleration_solver
+   use dynstep_extrapolation_stability, only: safe_step, stability_limit
    use dynstep_kinds, only: long, wp
    use dynstep_ode_system, only: ode_system
    use dynstep_sequences, only: extrapolation_weights, sequence_harmonic, substep_numbers
@@ -64,6 +65,8 @@ module dynstep_extrapolation
       procedure :: advance => extrapolation_advance
       procedure :: estimate_error => extrapolation_estimate_error
       procedure :: needs_acceleration => extrapolation_needs_acceleration
+      procedure :: stable_limit => extrapolation_stable_limit
+      procedure :: column_growth => extrapolation_column_growth
       procedure :: get_tableau => extrapolation_get_tableau
    end type extrapolation_stepper
 
@@ -89,7 +92,10 @@ contains
       facts%error_order = merge(facts%order - 2, 0, self%levels > 1)
       facts%stages = sum(numbers)*facts%stages
       facts%symmetric = .false.
-      if (self%levels > 1) facts%stability_limit = -1.0_wp
+      if (self%levels > 1) then
+         facts%stability_limit = -1.0_wp
+         facts%newmark_beta = -1.0_wp
+      end if
    end function extrapolation_properties
 
    recursive subroutine extrapolation_init(self, sys, status)
@@ -330,6 +336,40 @@ contains
       class(extrapolation_stepper), intent(in) :: self
       extrapolation_needs_acceleration = self%base_reads_a
    end function extrapolation_needs_acceleration
+
+   !> Of a base that is Newmark's method on linear systems, see dynstep_extrapolation_stability
+   recursive real(wp) function extrapolation_stable_limit(self, damping_ratio, growth, z) result(limit)
+      class(extrapolation_stepper), intent(in) :: self
+      real(wp), intent(in) :: damping_ratio
+      real(wp), intent(in) :: growth
+      real(wp), intent(in), optional :: z
+      type(method_properties) :: facts
+      type(status_type) :: status
+      integer, allocatable :: numbers(:)
+      limit = -1.0_wp
+      if (.not. allocated(self%base)) return
+      facts = self%base%properties()
+      call substep_numbers(self%sequence, self%levels, self%custom, numbers, status)
+      if (status%failed() .or. .not. facts%newmark_beta >= 0.0_wp) return
+      if (present(z)) then
+         limit = huge(limit)
+         if (z <= safe_step(numbers, facts%newmark_beta, growth)) return
+      end if
+      limit = stability_limit(numbers, facts%newmark_beta, damping_ratio, growth)
+   end function extrapolation_stable_limit
+
+   !> |T(P,1) - T(P-1,1)| over |T(2,1) - T(1,1)|, largest components
+   pure real(wp) function extrapolation_column_growth(self) result(growth)
+      class(extrapolation_stepper), intent(in) :: self
+      real(wp) :: first, last
+      growth = 0.0_wp
+      if (self%levels < 3 .or. .not. allocated(self%increments)) return
+      associate (x => self%increments, p => self%levels)
+         first = maxval(abs(x(:, 2) - x(:, 1)))
+         last = maxval(abs(x(:, p) - x(:, p - 1)))
+      end associate
+      if (last > 0.0_wp) growth = last/max(first, tiny(1.0_wp))
+   end function extrapolation_column_growth
 
    !> The table of the last step (Table [1] of the paper): table(:, j, k) is the state of row
    !> j, column k <= j, of order r + 2(k - 1); entries above the diagonal are zero

@@ -52,6 +52,7 @@ contains
       facts%symmetric = .true.
       facts%mechanical = .true.
       facts%stability_limit = huge(1.0_wp)
+      facts%newmark_beta = 0.25_wp
    end function midpoint_properties
 
    recursive subroutine midpoint_init(self, sys, status)

@@ -82,6 +82,7 @@ contains
       facts%symmetric = facts%order == 2
       facts%mechanical = .true.
       facts%stability_limit = stability_limit(self%beta, self%gamma)
+      if (facts%symmetric) facts%newmark_beta = self%beta
    end function newmark_properties
 
    !> Largest omega*h of an undamped oscillator with |eigenvalues| <= 1 (T. J. R. Hughes, The

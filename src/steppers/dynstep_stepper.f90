@@ -87,6 +87,8 @@ module dynstep_stepper
       !> Largest omega*h at which an undamped oscillator does not grow: huge() if there is
       !> none, 0 if it grows at every step, -1 if not known
       real(wp) :: stability_limit = -1.0_wp
+      !> On linear systems the method does what Newmark's with this beta and gamma = 1/2 does; -1: it does not
+      real(wp) :: newmark_beta = -1.0_wp
       !> A step may be longer than the one before it by less than this factor, many times over;
       !> huge() where the method has no memory of the step length
       real(wp) :: step_growth_limit = huge(1.0_wp)
@@ -130,6 +132,8 @@ module dynstep_stepper
       procedure :: prepare_control => prepare_estimate
       procedure :: try_within => try_by_estimate
       procedure :: restart => restart_with_counts
+      procedure :: stable_limit => limit_of_properties
+      procedure :: column_growth => no_columns
       procedure :: carry => carry_counts
       procedure :: needs_acceleration => acceleration_is_needed
    end type stepper_type
@@ -537,6 +541,25 @@ contains
       self%count%steps = self%count%steps + before%steps
       self%count%substeps = self%count%substeps + before%substeps
    end subroutine carry_counts
+
+   !> Smallest omega h at which an oscillator with a damping ratio grows by more than `growth` (as a part of 1) in a step;
+   !> huge() where there is none, or none below `z` that matters; -1 where it is not known
+   recursive real(wp) function limit_of_properties(self, damping_ratio, growth, z) result(limit)
+      class(stepper_type), intent(in) :: self
+      real(wp), intent(in) :: damping_ratio              !! >= 0; not read where only the limit without damping is known
+      real(wp), intent(in) :: growth                     !! > 0
+      real(wp), intent(in), optional :: z                !! omega h of the highest frequency; a limit costs some 10 ms
+      type(method_properties) :: facts
+      facts = self%properties()
+      limit = facts%stability_limit
+   end function limit_of_properties
+
+   !> Of the last step of an extrapolation: the difference of the last two results of its base over that of the first two.
+   !> Above 1 the columns do not converge.  0 for other methods.
+   pure real(wp) function no_columns(self)
+      class(stepper_type), intent(in) :: self
+      no_columns = 0.0_wp
+   end function no_columns
 
    !> True where a step reads state%a of its start
    pure logical function acceleration_is_needed(self)

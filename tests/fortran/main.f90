@@ -24,6 +24,7 @@ program tester
    use test_loads, only: collect_loads
    use test_matrix, only: collect_matrix
    use test_methods, only: collect_methods
+   use test_monitor, only: collect_monitor
    use test_misuse, only: collect_misuse
    use test_models, only: collect_models
    use test_nesting, only: collect_nesting
@@ -59,6 +60,7 @@ program tester
       & new_testsuite('constrained_orders', collect_constrained_orders), &
       & new_testsuite('divided_steps', collect_divided_steps), &
       & new_testsuite('events', collect_events), &
+      & new_testsuite('monitor', collect_monitor), &
       & new_testsuite('matrix', collect_matrix), &
       & new_testsuite('linalg', collect_linalg), &
       & new_testsuite('singular', collect_singular), &

@@ -3,7 +3,8 @@
 !> points a decade, bisection, checked with 40-digit arithmetic on both sides of each limit).
 module test_stability
    use dynstep_extrapolation, only: extrapolation_stepper
-   use dynstep_extrapolation_stability, only: extrapolation_limit, growth_per_step, small_step_growth, stability_limit
+   use dynstep_extrapolation_limit, only: extrapolation_limit
+   use dynstep_extrapolation_stability, only: growth_per_step, safe_step, small_step_growth, stability_limit
    use dynstep_kinds, only: wp
    use dynstep_linear_system, only: linear_system
    use dynstep_matrix, only: diagonal_matrix, zero_matrix
@@ -35,6 +36,7 @@ contains
          & new_unittest('growth', test_growth), &
          & new_unittest('small-steps', test_small_steps), &
          & new_unittest('growth-of-a-run', test_run), &
+         & new_unittest('safe-steps', test_safe_steps), &
          & new_unittest('stepper', test_stepper)]
    end subroutine collect_stability
 
@@ -269,4 +271,30 @@ contains
       call extrapolation_limit(stepper, 0.0_wp, limit, status)
       call check(error, status%code, dynstep_invalid_input, 'gamma')
    end subroutine test_stepper
+
+   !> A step that is called safe lies below the limit
+   subroutine test_safe_steps(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: sequences(4) = [sequence_romberg, sequence_bulirsch, sequence_harmonic, sequence_double_harmonic]
+      real(wp), parameter :: betas(5) = [0.0_wp, twelfth, sixth, 0.2_wp, quarter], growths(2) = [1.0e-12_wp, 1.0e-4_wp]
+      integer, allocatable :: numbers(:), custom(:)
+      type(status_type) :: status
+      integer :: i, j, k, levels
+      do i = 1, size(sequences)
+         do levels = 2, merge(8, 12, i <= 2), 2
+            if (allocated(numbers)) deallocate (numbers)
+            call substep_numbers(sequences(i), levels, custom, numbers, status)
+            do j = 1, size(betas)
+               do k = 1, size(growths)
+                  associate (z => safe_step(numbers, betas(j), growths(k)))
+                     call check(error, stability_limit(numbers, betas(j), 0.0_wp, growths(k)) >= z, 'safe step')
+                     call check(error, growth_per_step(numbers, betas(j), 0.0_wp, z) <= growths(k), 'growth there')
+                     call check(error, z > 1.0e-3_wp, 'no needless work')
+                  end associate
+               end do
+            end do
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine test_safe_steps
 end module test_stability

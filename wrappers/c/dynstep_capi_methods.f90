@@ -7,7 +7,7 @@ module dynstep_capi_methods
    use dynstep_c_text, only: put_text
    use dynstep_equilibrium, only: newton_options
    use dynstep_extrapolation, only: extrapolation_stepper
-   use dynstep_extrapolation_stability, only: extrapolation_limit
+   use dynstep_extrapolation_limit, only: extrapolation_limit
    use dynstep_flat_method, only: base_midpoint, base_newmark, build_method
    use dynstep_kinds, only: wp
    use dynstep_sequences, only: most_levels, sequence_custom, substep_numbers
