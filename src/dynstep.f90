@@ -9,6 +9,7 @@ module dynstep
    use dynstep_check_system, only: check_system, finding_length
    use dynstep_constrained_system, only: constrained_system, constraint_structure_type
    use dynstep_controlled_run, only: controlled_run_type, integrate_controlled
+   use dynstep_dense_output, only: dense_output_type
    use dynstep_driven_crank, only: driven_crank
    use dynstep_equilibrium, only: newton_options
    use dynstep_error_norm, only: error_norm_type, norm_largest, norm_weighted

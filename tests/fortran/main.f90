@@ -11,6 +11,8 @@ program tester
    use test_constraints, only: collect_constraints
    use test_constrained_models, only: collect_constrained_models
    use test_constrained_orders, only: collect_constrained_orders
+   use test_dense_families, only: collect_dense_families
+   use test_dense_output, only: collect_dense_output
    use test_divided_steps, only: collect_divided_steps
    use test_events, only: collect_events
    use test_drivers, only: collect_drivers
@@ -83,6 +85,8 @@ program tester
       & new_testsuite('check_constraints', collect_check_constraints), &
       & new_testsuite('work', collect_work), &
       & new_testsuite('drivers', collect_drivers), &
+      & new_testsuite('dense_output', collect_dense_output), &
+      & new_testsuite('dense_families', collect_dense_families), &
       & new_testsuite('endings', collect_endings), &
       & new_testsuite('systems', collect_systems), &
       & new_testsuite('loads', collect_loads), &
