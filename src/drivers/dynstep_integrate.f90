@@ -159,8 +159,7 @@ contains
       class(integration_type), intent(in) :: self
       integration_wants_point = self%control%every > 0
       if (.not. integration_wants_point .or. self%is_cut) return
-      if (self%clock%k < self%full_steps .or. .not. abs(self%last_step) > 0.0_wp) &
-         & integration_wants_point = mod(self%clock%k, int(self%control%every, long)) == 0
+      integration_wants_point = mod(self%clock%k, int(self%control%every, long)) == 0
    end function integration_wants_point
 
    recursive subroutine integration_make_steps(self, stepper, sys, state, steps, is_recording, is_observed, status, events)

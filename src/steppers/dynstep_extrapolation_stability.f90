@@ -268,9 +268,9 @@ contains
       integer :: levels
       levels = size(numbers)
       safe_step = 0.5_wp
-      c = small_step_growth(levels, beta)
-      if (c > 0.0_wp) safe_step = min(safe_step, 0.5_wp*((2.0_wp*growth/c)**0.5_wp*product(real(numbers, wp))) &
-         & **(1.0_wp/real(levels + 1, wp)))
+      ! where it vanishes (beta = 1/6, two levels) the next term counts, and 1e-3 stands for it
+      c = max(small_step_growth(levels, beta), 1.0e-3_wp)
+      safe_step = min(safe_step, 0.5_wp*(sqrt(2.0_wp*growth/c)*product(real(numbers, wp)))**(1.0_wp/real(levels + 1, wp)))
    end function safe_step
 
    !> g(x) = 2 arcsin(u)/sqrt(x), u = sqrt(x)/2/sqrt(1 + beta x): the series of the arcsine, in each
