@@ -20,7 +20,6 @@
 !>   h_min; the state is then that of the last accepted step.
 module dynstep_controlled_run
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use dynstep_error_norm, only: error_norm_type
    use dynstep_events, only: event_type
    use dynstep_kinds, only: long, wp
    use dynstep_linear_ode, only: linear_ode
@@ -41,7 +40,6 @@ module dynstep_controlled_run
    type, extends(run_type), public :: controlled_run_type
       type(step_control_type) :: control
       real(wp) :: h = 0.0_wp                             !! length of the next trial
-      type(error_norm_type), private :: norm
       type(verdict_type), private :: verdict             ! of the last trial
       real(wp), private :: longest = 0.0_wp              ! step length
       real(wp), private :: growth = huge(1.0_wp)         ! of a step beside the one before, by the method
@@ -215,6 +213,7 @@ contains
       call self%monitor%look(stepper, sys, self%left%t - state%t, steps_ahead(self, state))
       call self%cut_at_zero(stepper, sys, state, self%verdict%order, no_step, status, events)
       if (status%failed() .or. no_step) return
+      self%step_order = self%verdict%order
       call stepper%accept(state, self%left)
       steps = 1
    end subroutine controlled_make_steps

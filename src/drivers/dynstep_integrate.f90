@@ -50,7 +50,7 @@ module dynstep_integrate
       integer, private :: longest_block = huge(1)        ! steps that are made at once
       logical, private :: is_cut = .false.               ! the present state lies inside a step, at an event
       real(wp), private :: length = 0.0_wp               ! of the last step, where steps are made one by one
-      type(method_properties), private :: facts          ! of the method, then
+      real(wp), private :: growth_limit = huge(1.0_wp)   ! of the method
    contains
       procedure :: begin => integration_begin
       procedure :: make_steps => integration_make_steps
@@ -97,7 +97,7 @@ contains
       self%longest_block = huge(1)
       self%is_cut = .false.
       self%length = 0.0_wp
-      self%facts%order = 0
+      self%step_order = 0
       span = t_end - state%t
       steps = anint(span/control%h)
       ! h, span and both times carry rounding errors of half a unit each
@@ -171,6 +171,7 @@ contains
       logical, intent(in) :: is_recording, is_observed
       type(status_type), intent(inout) :: status
       class(event_type), intent(inout), optional :: events
+      if (self%step_order == 0) call take_facts(self, stepper)
       call self%monitor%look(stepper, sys, self%clock%h, self%full_steps)
       if (self%watch%count > 0) then
          call make_watched_step(self, stepper, sys, state, steps, status, events)
@@ -180,6 +181,15 @@ contains
       end if
    end subroutine integration_make_steps
 
+   recursive subroutine take_facts(self, stepper)
+      class(integration_type), intent(inout) :: self
+      class(stepper_type), intent(in) :: stepper
+      type(method_properties) :: facts
+      facts = stepper%properties()
+      self%step_order = facts%order
+      self%growth_limit = facts%step_growth_limit
+   end subroutine take_facts
+
    !> Steps until something is to be recorded or observed.  With t_eval the step that holds
    !> the next time is made alone, since both its ends are needed.
    pure integer function block_length(self, allowed, records, observes)
@@ -188,7 +198,7 @@ contains
       logical, intent(in) :: records, observes
       integer(long) :: steps
       steps = max(1_long, self%full_steps - self%clock%k)
-      if (observes) then
+      if (observes .or. (records .and. self%keeps_nodes)) then
          steps = 1
       else if (.not. records) then
          continue
@@ -257,14 +267,13 @@ contains
       real(wp) :: t1
 
       steps = 0
-      if (self%facts%order == 0) self%facts = stepper%properties()
       is_full = self%clock%k < self%full_steps
       t1 = merge(self%clock%time(1), self%t_end, is_full)
       if (is_full .and. self%clock%k + 1 == self%full_steps .and. .not. abs(self%last_step) > 0.0_wp) t1 = self%t_end
       if (abs(t1 - state%t) > 2.0_wp*spacing(max(abs(t1), abs(state%t)))) then
          call limit_growth(self, stepper, sys, state, t1, status)
          call self%try(stepper, sys, state, t1, status)
-         call self%cut_at_zero(stepper, sys, state, self%facts%order, no_step, status, events)
+         call self%cut_at_zero(stepper, sys, state, self%step_order, no_step, status, events)
          if (status%failed()) return
          if (.not. no_step) then
             self%length = self%left%t - state%t
@@ -293,7 +302,7 @@ contains
       real(wp), intent(in) :: t1
       type(status_type), intent(inout) :: status
       if (.not. abs(self%length) > 0.0_wp .or. .not. abs(t1 - state%t) > abs(self%length)) return
-      if (abs(t1 - state%t)/self%facts%step_growth_limit > abs(self%length)) call stepper%restart(sys, state, status)
+      if (abs(t1 - state%t)/self%growth_limit > abs(self%length)) call stepper%restart(sys, state, status)
    end subroutine limit_growth
 
    recursive subroutine integration_try(self, stepper, sys, state, t1, status)

@@ -10,7 +10,8 @@
 !>        if (status%code /= dynstep_more) exit
 !>     end do
 !>
-!>   Recorded are the times t_eval where they are given (interpolated inside the step that holds them), else steps.  Where
+!>   Recorded are the times t_eval where they are given (inside a step to the order of the method, see
+!>   DYNSTEP_DENSE_OUTPUT), else steps, and with `keeps_nodes` points inside them for an interpolant of that order.  Where
 !>   an event changes the state, both are recorded, before and after it.  Where the steps are longer than the method bears,
 !>   run%monitor%warning says so with numbers.
 !>
@@ -19,6 +20,8 @@
 !>   action that has changed something, the method starts anew.  Events are in `run%log`.
 module dynstep_run
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_dense_output, only: dense_output_type
+   use dynstep_error_norm, only: error_norm_type
    use dynstep_event_watch, only: event_watch
    use dynstep_events, only: event_log, event_type
    use dynstep_kinds, only: long, wp
@@ -48,6 +51,9 @@ module dynstep_run
       type(event_log) :: log                             !! events that were met since `begin`
       real(wp), allocatable :: t_eval(:)                 !! times to record
       type(state_type) :: left                           !! begin of the last step; before it is accepted, the trial
+      logical :: keeps_nodes = .false.                   !! the recorder gets points inside steps, too; set before `proceed`
+      integer :: step_order = 0                          !! of the last step
+      type(error_norm_type), allocatable :: norm         !! of a run that chooses its steps
       logical :: is_recorded = .false.                   !! the present state is recorded
       integer :: which = 0                               !! function that is zero at the end of the step; 0: none
       type(event_watch) :: watch
@@ -58,6 +64,7 @@ module dynstep_run
       real(wp), allocatable, private :: last_time(:)     ! [watch%count] of each function's last event
       integer, allocatable, private :: quick_events(:)   ! [watch%count] so many of its events lie too close to one another
       type(state_type), private :: point                 ! inside a step
+      type(dense_output_type), private :: dense
    contains
       procedure :: proceed => run_proceed
       procedure :: begin_common => run_begin_common
@@ -249,8 +256,9 @@ contains
       call self%watch%look_at_state(sys, state, status, events)
       if (status%failed()) return
       if (.not. present(recorder)) return
+      if (self%keeps_nodes .or. allocated(self%t_eval)) call self%dense%begin(stepper, sys, status)
       if (.not. allocated(self%t_eval)) then
-         if (.not. self%wants_point()) return
+         if (.not. self%wants_point() .or. status%failed()) return
          call recorder%record(state, status)
          self%is_recorded = .true.
          return
@@ -281,17 +289,52 @@ contains
 
       self%is_recorded = .false.
       if (.not. present(recorder)) return
-      if (.not. allocated(self%t_eval)) then
-         if (.not. self%wants_point()) return
-         call recorder%record(state, status)
-         self%is_recorded = .true.
+      if (allocated(self%t_eval)) then
+         call record_times(self, stepper, sys, state, status, recorder)
          return
       end if
+      if (.not. self%wants_point()) return
+      if (self%keeps_nodes) call record_nodes(self, stepper, sys, state, status, recorder)
+      if (status%failed()) return
+      call recorder%record(state, status)
+      self%is_recorded = .true.
+   end subroutine record_point
+
+   !> Points inside the step that an interpolant goes through
+   recursive subroutine record_nodes(self, stepper, sys, state, status, recorder)
+      class(run_type), intent(inout) :: self
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      type(status_type), intent(inout) :: status
+      class(recorder_type), intent(inout) :: recorder
+      integer :: k
+      call build_dense(self, stepper, sys, state, status)
+      do k = 1, self%dense%last() - 1
+         if (status%failed()) return
+         call self%dense%node(k, self%point)
+         call recorder%record_inner(self%point, status)
+      end do
+   end subroutine record_nodes
+
+   !> The times of t_eval that the step holds
+   recursive subroutine record_times(self, stepper, sys, state, status, recorder)
+      class(run_type), intent(inout) :: self
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      type(status_type), intent(inout) :: status
+      class(recorder_type), intent(inout) :: recorder
+      logical :: is_built
+      is_built = .false.
       do while (self%next <= size(self%t_eval))
          associate (te => self%t_eval(self%next))
             if ((te - state%t)*sign(1.0_wp, state%t - self%left%t) > 0.0_wp) return
             if (abs(te - state%t) > 0.0_wp) then
-               call stepper%interpolate(sys, self%left, state, te, self%point)
+               if (.not. is_built) call build_dense(self, stepper, sys, state, status)
+               if (status%failed()) return
+               is_built = .true.
+               call self%dense%evaluate(sys, te, self%point)
                call recorder%record(self%point, status)
             else
                call recorder%record(state, status)
@@ -299,7 +342,19 @@ contains
          end associate
          self%next = self%next + 1
       end do
-   end subroutine record_point
+   end subroutine record_times
+
+   !> The interpolant of the last step, whose work counts
+   recursive subroutine build_dense(self, stepper, sys, state, status)
+      class(run_type), intent(inout) :: self
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      type(status_type), intent(inout) :: status
+      if (status%failed()) return
+      call self%dense%build(sys, self%left, state, self%step_order, status, self%norm)
+      call stepper%carry(self%dense%work)
+   end subroutine build_dense
 
    !> The point where the run ended, unless t_eval says what is wanted
    recursive subroutine record_last(self, state, status, recorder)
@@ -437,6 +492,7 @@ contains
       if (is_changed) then
          call stepper%restart(sys, state, status)
          call self%restarted(stepper, sys, state, status)
+         call self%dense%forget()
          if (status%failed()) return
          self%is_recorded = .false.
       end if

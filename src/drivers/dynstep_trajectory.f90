@@ -15,6 +15,7 @@ module dynstep_trajectory
    type, abstract, public :: recorder_type
    contains
       procedure(record_interface), deferred :: record
+      procedure :: record_inner => leave_inner_out
    end type recorder_type
 
    abstract interface
@@ -40,6 +41,14 @@ module dynstep_trajectory
    end type trajectory_type
 
 contains
+
+   !> A point inside a step, through which the motion is interpolated (runs with keeps_nodes); the end of the step follows.
+   !> Recorders that keep none leave it out.
+   recursive subroutine leave_inner_out(self, state, status)
+      class(recorder_type), intent(inout) :: self
+      type(state_type), intent(in) :: state
+      type(status_type), intent(inout) :: status
+   end subroutine leave_inner_out
 
    recursive subroutine trajectory_record(self, state, status)
       class(trajectory_type), intent(inout) :: self
