@@ -4,6 +4,7 @@ module dynstep
    use dynstep_accuracy_domain, only: accuracy_error, accuracy_limit, damping_frequency
    use dynstep_alpha_coefficients, only: alpha_coefficients, coefficients_of, hht_coefficients, newmark_coefficients
    use dynstep_amplification, only: amplification, spectral_radii, spectral_radius
+   use dynstep_archive, only: archive_type
    use dynstep_backinterpolation, only: backinterpolation_stepper, halves_fehlberg, halves_taylor
    use dynstep_bilinear_spring, only: bilinear_spring, law_literal, law_odd
    use dynstep_check_system, only: check_system, finding_length

@@ -7,6 +7,7 @@
 !>   call cholesky%factorize(matrix, failed, weakest, ratio)       reads the lower triangle
 !>   call cholesky%solve(x)                                        x = A^-1 x
 module dynstep_cholesky
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: wp
    use dynstep_lapack, only: dpbtrf, dpbtrs, dpotrf, dpotrs
    use dynstep_matrix, only: matrix_type
@@ -25,6 +26,7 @@ module dynstep_cholesky
       procedure :: init => cholesky_init
       procedure :: factorize => cholesky_factorize
       procedure :: solve => cholesky_solve
+      procedure :: archive => cholesky_archive
    end type cholesky_type
 
 contains
@@ -92,4 +94,17 @@ contains
          call dpotrs('L', self%n, 1, self%factor, self%n, x, self%n, info)
       end if
    end subroutine cholesky_solve
+
+   !> The factor, where there is one
+   recursive subroutine cholesky_archive(self, name, file)
+      class(cholesky_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%item('n', self%n)
+      call file%item('kd', self%kd)
+      call file%item('banded', self%banded)
+      call file%item('factor', self%factor)
+      call file%end_section()
+   end subroutine cholesky_archive
 end module dynstep_cholesky

@@ -28,6 +28,7 @@
 !>
 !> An object may be copied by assignment.
 module dynstep_factorization
+   use dynstep_archive, only: archive_type
    use dynstep_cholesky, only: cholesky_type
    use dynstep_kinds, only: wp
    use dynstep_lapack, only: dlacn2
@@ -81,6 +82,7 @@ module dynstep_factorization
       procedure :: solve => factorization_solve
       procedure :: solve_transposed => factorization_solve_transposed
       procedure :: reciprocal_condition => factorization_reciprocal_condition
+      procedure :: archive => factorization_archive
    end type factorization_type
 
    !> A matrix S with entries near 1 is singular where 1/|S^-1| is less than this.  Measured on 7600
@@ -553,4 +555,31 @@ contains
       call estimate_inverse(self, .false., inverse_norm)
       rcond = (1.0_wp/self%norm)/inverse_norm
    end subroutine factorization_reciprocal_condition
+
+   !> Factors in force.  They are kept rather than made again, since the matrix that they are of may be gone.
+   recursive subroutine factorization_archive(self, name, file)
+      class(factorization_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      integer :: method
+      call file%section(name)
+      call file%expect('n', self%n)
+      call file%expect('kind', self%kind)
+      call file%expect('preferred', self%preferred)
+      method = self%method
+      if (file%is_reading) self%method = method_none
+      call file%item('method', method)
+      call file%item('positive_definite', self%positive_definite)
+      call file%item('singular_equation', self%singular_equation)
+      call file%item('norm', self%norm)
+      call file%item('dinv', self%dinv)
+      call file%item('l1', self%l1)
+      call file%item('l2', self%l2)
+      call file%item('factor', self%factor)
+      call file%item('order', self%order)
+      if (method == method_band_cholesky .or. method == method_dense_cholesky) call self%cholesky%archive('cholesky', file)
+      if (method == method_band_lu .or. method == method_dense_lu) call self%lu%archive('lu', file)
+      call file%end_section()
+      if (.not. file%failed()) self%method = method
+   end subroutine factorization_archive
 end module dynstep_factorization

@@ -15,6 +15,7 @@
 !>   diagonal_matrix(d), banded_matrix(ab, kl, ku, symmetric), dense_matrix(a, symmetric).
 module dynstep_matrix
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: wp
    use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, status_type
    use dynstep_text, only: text
@@ -47,6 +48,7 @@ module dynstep_matrix
       procedure :: absolute_row_sums => matrix_absolute_row_sums
       procedure :: first_not_finite => matrix_first_not_finite
       procedure :: check => matrix_check
+      procedure :: archive => matrix_archive
    end type matrix_type
 
 contains
@@ -369,4 +371,19 @@ contains
       if (present(symmetric)) matrix%symmetric = symmetric
       allocate (matrix%a(size(a, 1), size(a, 2)), source=a)
    end function dense_matrix
+
+   !> Structure, which must be the same, and entries
+   recursive subroutine matrix_archive(self, name, file)
+      class(matrix_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%expect('kind', self%kind)
+      call file%expect('n', self%n)
+      call file%expect('kl', self%kl)
+      call file%expect('ku', self%ku)
+      call file%expect('symmetric', self%symmetric)
+      call file%item('a', self%a)
+      call file%end_section()
+   end subroutine matrix_archive
 end module dynstep_matrix

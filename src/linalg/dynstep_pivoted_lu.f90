@@ -10,6 +10,7 @@
 !>   call lu%solve('N' or 'T', x)                               x = A^-1 x or A^-T x
 !>   k = lu%equation_of(pivot)
 module dynstep_pivoted_lu
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: wp
    use dynstep_lapack, only: dgbtrf, dgbtrs, dgetrf, dgetrs
    use dynstep_matrix, only: matrix_type
@@ -32,6 +33,7 @@ module dynstep_pivoted_lu
       procedure :: factorize => lu_factorize
       procedure :: solve => lu_solve
       procedure :: equation_of => lu_equation_of
+      procedure :: archive => lu_archive
    end type pivoted_lu_type
 
 contains
@@ -188,4 +190,22 @@ contains
          end if
       end do
    end function lu_equation_of
+
+   !> Factors, interchanges and scales, where there are some
+   recursive subroutine lu_archive(self, name, file)
+      class(pivoted_lu_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%item('n', self%n)
+      call file%item('kl', self%kl)
+      call file%item('ku', self%ku)
+      call file%item('diagonal', self%diagonal)
+      call file%item('equilibrated', self%equilibrated)
+      call file%item('factor', self%factor)
+      call file%item('interchange', self%interchange)
+      call file%item('r', self%r)
+      call file%item('c', self%c)
+      call file%end_section()
+   end subroutine lu_archive
 end module dynstep_pivoted_lu

@@ -12,6 +12,7 @@
 !>   Without constraints this is A's own factorization.  With them it is dense, or banded where the patterns of G and
 !>   K are declared, A is not dense, the reaction is not general and the band saves work.
 module dynstep_saddle_lu
+   use dynstep_archive, only: archive_type
    use dynstep_factorization, only: factorization_type
    use dynstep_jacobian, only: jacobian_type, pattern_type
    use dynstep_kinds, only: wp
@@ -44,6 +45,7 @@ module dynstep_saddle_lu
       procedure :: init => lu_init
       procedure :: factorize => lu_factorize
       procedure :: solve => lu_solve
+      procedure :: archive => lu_archive
    end type saddle_lu_type
 
 contains
@@ -501,4 +503,18 @@ contains
          psi = self%work(self%n + self%m + 1:)
       end if
    end subroutine lu_solve
+
+   !> The factors
+   recursive subroutine lu_archive(self, name, file)
+      class(saddle_lu_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%expect('kl', self%kl)
+      call file%expect('ku', self%ku)
+      call file%expect('order', self%order)
+      call file%item('singular_equation', self%singular_equation)
+      call self%factorization%archive('factorization', file)
+      call file%end_section()
+   end subroutine lu_archive
 end module dynstep_saddle_lu

@@ -22,6 +22,7 @@
 !>
 !> An object may be copied by assignment.
 module dynstep_saddle_point
+   use dynstep_archive, only: archive_type
    use dynstep_jacobian, only: jacobian_type, pattern_type
    use dynstep_kinds, only: wp
    use dynstep_matrix, only: kind_banded, kind_diagonal, kind_identity, matrix_type
@@ -51,6 +52,7 @@ module dynstep_saddle_point
       procedure :: factorize => saddle_factorize
       procedure :: solve => saddle_solve
       procedure :: reciprocal_condition => saddle_reciprocal_condition
+      procedure :: archive => saddle_archive
    end type saddle_point_type
 
 contains
@@ -244,4 +246,25 @@ contains
       if (stat /= 0) call status%set(dynstep_no_memory, 'no memory for a condition estimate of order ' &
          & //text(self%n + self%m + self%p))
    end subroutine saddle_reciprocal_condition
+
+   !> The factors in force
+   recursive subroutine saddle_archive(self, name, file)
+      class(saddle_point_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%expect('n', self%n)
+      call file%expect('m', self%m)
+      call file%expect('p', self%p)
+      call file%expect('has_schur', self%has_schur)
+      call file%item('by_schur', self%by_schur)
+      call file%item('singular_equation', self%singular_equation)
+      if (self%by_schur .and. .not. self%has_schur) call file%refuse('there is no complement of A here')
+      if (self%by_schur .and. .not. file%failed()) then
+         call self%schur%archive('schur', file)
+      else
+         call self%lu%archive('lu', file)
+      end if
+      call file%end_section()
+   end subroutine saddle_archive
 end module dynstep_saddle_point

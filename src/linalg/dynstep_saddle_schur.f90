@@ -18,6 +18,7 @@
 !>   the matrix is singular is LU's to judge.
 module dynstep_saddle_schur
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_archive, only: archive_type
    use dynstep_band_ldl, only: band_ldl_factorize, band_ldl_solve, widest_band
    use dynstep_jacobian, only: jacobian_type, pattern_type
    use dynstep_kinds, only: wp
@@ -57,6 +58,7 @@ module dynstep_saddle_schur
       procedure :: factorize => schur_factorize
       procedure :: solve => schur_solve
       procedure :: reciprocal_condition => schur_reciprocal_condition
+      procedure :: archive => schur_archive
    end type saddle_schur_type
 
 contains
@@ -354,4 +356,23 @@ contains
       end do
       rcond = (1.0_wp/norm)/inverse_norm
    end subroutine schur_reciprocal_condition
+
+   !> Everything that a solution reads; the pattern is that of `init`
+   recursive subroutine schur_archive(self, name, file)
+      class(saddle_schur_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%expect('rows', self%pattern%rows)
+      call file%expect('width', self%pattern%width)
+      call file%expect('position', self%pattern%position)
+      call file%item('holds_psi', self%holds_psi)
+      call file%item('sigma', self%sigma)
+      call file%item('eps', self%eps)
+      call file%item('d', self%d)
+      call file%item('b', self%b)
+      call file%item('w', self%w)
+      call file%item('s', self%s)
+      call file%end_section()
+   end subroutine schur_archive
 end module dynstep_saddle_schur

@@ -5,6 +5,7 @@
 !> A constant mass matrix is asked for and factorized once; an identity is no matrix at all.
 module dynstep_accelerations
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_archive, only: archive_type
    use dynstep_factorization, only: factorization_type
    use dynstep_kinds, only: wp
    use dynstep_matrix, only: kind_identity, matrix_type
@@ -29,6 +30,7 @@ module dynstep_accelerations
       procedure :: complete => solver_complete
       procedure :: derivative => solver_derivative
       procedure :: prepare_mass => solver_prepare_mass
+      procedure :: archive => solver_archive
    end type acceleration_solver
 
 contains
@@ -177,4 +179,19 @@ contains
       call status%set(dynstep_not_finite, name//' returned '//text(x(i))//' in component ' &
          & //text(i)//' at t = '//text(t)//'; a smaller step may keep it in its domain', retry=.true.)
    end subroutine check_finite
+
+   !> A constant M and its factors; any other is made at each use
+   recursive subroutine solver_archive(self, name, file)
+      class(acceleration_solver), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%item('known', self%known)
+      if (self%known) then
+         call self%m%archive('m', file)
+         call self%factor%archive('factor', file)
+      end if
+      call file%end_section()
+      if (file%failed()) self%known = .false.
+   end subroutine solver_archive
 end module dynstep_accelerations

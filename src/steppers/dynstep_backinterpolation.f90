@@ -23,6 +23,7 @@
 module dynstep_backinterpolation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: acceleration_solver
+   use dynstep_archive, only: archive_type
    use dynstep_equilibrium, only: newton_options
    use dynstep_half_steps, only: half_steps
    use dynstep_imaginary_limit, only: imaginary_limit
@@ -68,6 +69,7 @@ module dynstep_backinterpolation
       procedure :: advance => bi_advance
       procedure :: estimate_error => bi_estimate_error
       procedure :: needs_acceleration => bi_needs_acceleration
+      procedure :: archive_parts => bi_archive_parts
    end type backinterpolation_stepper
 
    !> Estimate of a linear step whose halves leave the range of numbers: a controlled run takes a shorter one
@@ -381,4 +383,18 @@ contains
       class(backinterpolation_stepper), intent(in) :: self
       bi_needs_acceleration = .not. allocated(self%linear)
    end function bi_needs_acceleration
+
+   recursive subroutine bi_archive_parts(self, file)
+      class(backinterpolation_stepper), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      call file%expect('p', self%p)
+      call file%expect('q', self%q)
+      call file%expect('alpha', self%alpha)
+      call file%expect('halves', self%halves)
+      call file%expect('is_linear', allocated(self%linear))
+      call self%newton%archive('newton', file)
+      call self%half%archive('half', file)
+      if (allocated(self%linear)) call self%linear%archive('linear', file)
+      call self%solver%archive('solver', file)
+   end subroutine bi_archive_parts
 end module dynstep_backinterpolation

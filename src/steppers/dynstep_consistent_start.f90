@@ -11,6 +11,7 @@
 module dynstep_consistent_start
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: check_callback, check_finite
+   use dynstep_archive, only: archive_type
    use dynstep_constrained_motion, only: constrained_motion
    use dynstep_kinds, only: wp
    use dynstep_matrix, only: kind_identity, matrix_type
@@ -40,6 +41,8 @@ module dynstep_consistent_start
       logical :: is_redundant = .false.                 !! constraints depend on each other
       integer, allocatable :: redundant_rows(:)         !! those that do: 1 .. m of g, m + 1 .. m + p of k
       character(len=message_length) :: redundant = ''   !! which depend on which, in words
+   contains
+      procedure :: archive => report_archive
    end type start_report
 
    !> Negative multiple of the (scaled) identity in the multiplier block where constraints are redundant.
@@ -525,4 +528,22 @@ contains
       part = largest(dx)
       if (part > 0.0_wp) part = part/max(largest(x), part)
    end function part
+
+   !> What a user may ask for
+   recursive subroutine report_archive(self, name, file)
+      class(start_report), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      if (file%is_reading .and. allocated(self%redundant_rows)) deallocate (self%redundant_rows)
+      call file%section(name)
+      call file%item('g', self%g)
+      call file%item('gv', self%gv)
+      call file%item('k', self%k)
+      call file%item('moved_q', self%moved_q)
+      call file%item('moved_v', self%moved_v)
+      call file%item('is_redundant', self%is_redundant)
+      call file%item('redundant_rows', self%redundant_rows)
+      call file%item('redundant', self%redundant)
+      call file%end_section()
+   end subroutine report_archive
 end module dynstep_consistent_start

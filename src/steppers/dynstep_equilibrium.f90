@@ -18,6 +18,7 @@
 !> (a loose stop turns an extrapolated error of 7e-10 into 2e-5 on the two-body problem).
 module dynstep_equilibrium
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_archive, only: archive_type
    use dynstep_iteration_matrix, only: iteration_matrix
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
@@ -34,6 +35,7 @@ module dynstep_equilibrium
                                            !! component; 0: to round-off
    contains
       procedure :: check => options_check
+      procedure :: archive => options_archive
    end type newton_options
 
    !> Rate of convergence above which the next step starts with a new matrix, and above which
@@ -73,6 +75,7 @@ module dynstep_equilibrium
    contains
       procedure :: init => equilibrium_init
       procedure :: solve => equilibrium_solve
+      procedure :: archive => equilibrium_archive
    end type equilibrium_solver
 
 contains
@@ -284,4 +287,27 @@ contains
       call status%set(dynstep_not_converged, 'the residual of Newton''s iteration grows at t = '//text(t) &
          & //' even after '//text(self%options%halvings)//' halvings of the correction'//advice, retry=.true.)
    end subroutine damped_correction
+
+   !> Options must be the same: they decide how far each iteration goes
+   recursive subroutine options_archive(self, name, file)
+      class(newton_options), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%expect('limit', self%limit)
+      call file%expect('halvings', self%halvings)
+      call file%expect('tolerance', self%tolerance)
+      call file%end_section()
+   end subroutine options_archive
+
+   !> The matrix; all else is of one iteration
+   recursive subroutine equilibrium_archive(self, name, file)
+      class(equilibrium_solver), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call self%options%archive('options', file)
+      call self%matrix%archive('matrix', file)
+      call file%end_section()
+   end subroutine equilibrium_archive
 end module dynstep_equilibrium

@@ -26,6 +26,7 @@ module dynstep_extrapolation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: acceleration_solver
    use dynstep_extrapolation_stability, only: safe_step, stability_limit
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: long, wp
    use dynstep_ode_system, only: ode_system
    use dynstep_sequences, only: extrapolation_weights, sequence_harmonic, substep_numbers
@@ -68,6 +69,7 @@ module dynstep_extrapolation
       procedure :: stable_limit => extrapolation_stable_limit
       procedure :: column_growth => extrapolation_column_growth
       procedure :: get_tableau => extrapolation_get_tableau
+      procedure :: archive_parts => extrapolation_archive_parts
    end type extrapolation_stepper
 
 contains
@@ -416,4 +418,20 @@ contains
          end do
       end do
    end subroutine neville
+
+   !> The levels' steppers and what is counted outside them; the table is of one step
+   recursive subroutine extrapolation_archive_parts(self, file)
+      class(extrapolation_stepper), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      integer :: j
+      call file%expect('numbers', self%numbers)
+      call file%expect('base_order', self%base_order)
+      call self%own%archive('own', file)
+      call self%end_solver%archive('end_solver', file)
+      do j = 1, size(self%level)
+         call file%section('level_'//text(j))
+         call self%level(j)%stepper%archive(file)
+         call file%end_section()
+      end do
+   end subroutine extrapolation_archive_parts
 end module dynstep_extrapolation

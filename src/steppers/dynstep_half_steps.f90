@@ -19,6 +19,7 @@
 module dynstep_half_steps
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: acceleration_solver
+   use dynstep_archive, only: archive_type
    use dynstep_broyden, only: broyden_type
    use dynstep_equilibrium, only: newton_options
    use dynstep_kinds, only: wp
@@ -56,6 +57,7 @@ module dynstep_half_steps
       procedure :: init_iteration => halves_init_iteration
       procedure :: forget => halves_forget
       procedure :: find => halves_find
+      procedure :: archive => halves_archive
    end type half_steps
 
    !> Steps that Broyden's method remembers
@@ -390,4 +392,19 @@ contains
       end do
       is_moderate = .true.
    end function is_moderate
+
+   !> J of the iteration, and how well it has served.  Broyden's updates are those of one step; the stages of the halves are
+   !> read by the estimate of the last trial alone.
+   recursive subroutine halves_archive(self, name, file)
+      class(half_steps), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%expect('iterates', allocated(self%tangents))
+      call file%item('renews', self%renews)
+      call file%item('best', self%best)
+      if (allocated(self%tangents)) call self%tangents%archive('tangents', file)
+      call file%end_section()
+      if (file%failed()) call self%forget()
+   end subroutine halves_archive
 end module dynstep_half_steps

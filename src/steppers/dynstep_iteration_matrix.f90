@@ -14,6 +14,7 @@
 !>     matrix%is_exact, matrix%is_constant, matrix%stiffness_ratio
 module dynstep_iteration_matrix
    use dynstep_accelerations, only: check_callback, check_finite
+   use dynstep_archive, only: archive_type
    use dynstep_factorization, only: factorization_type
    use dynstep_kinds, only: long, wp
    use dynstep_matrix, only: kind_banded, kind_diagonal, kind_identity, kind_zero, matrix_type
@@ -42,6 +43,7 @@ module dynstep_iteration_matrix
       procedure :: scalar_inverse => matrix_scalar_inverse
       procedure :: residual => matrix_residual
       procedure :: backward_error => matrix_backward_error
+      procedure :: archive => matrix_archive
    end type iteration_matrix
 
 contains
@@ -292,4 +294,26 @@ contains
          end do
       end select
    end subroutine add_sizes
+
+   !> M, C, K where they are known, and the factors in force.  S is not kept, and M is no longer that of S where it varies.
+   recursive subroutine matrix_archive(self, name, file)
+      class(iteration_matrix), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%item('is_constant', self%is_constant)
+      call file%item('is_exact', self%is_exact)
+      call file%item('is_ready', self%is_ready)
+      call file%item('c_q', self%c_q)
+      call file%item('c_v', self%c_v)
+      call file%item('stiffness_ratio', self%stiffness_ratio)
+      if (self%is_constant .or. self%is_ready) then
+         call self%m%archive('m', file)
+         call self%k%archive('k', file)
+         call self%c%archive('c', file)
+      end if
+      if (self%is_ready) call self%factor%archive('factor', file)
+      call file%end_section()
+      if (file%failed()) call self%forget()
+   end subroutine matrix_archive
 end module dynstep_iteration_matrix

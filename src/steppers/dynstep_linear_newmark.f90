@@ -26,6 +26,7 @@
 !>   other entries, not another structure.
 module dynstep_linear_newmark
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_archive, only: archive_type
    use dynstep_factorization, only: factorization_type
    use dynstep_kinds, only: wp
    use dynstep_linear_load, only: evaluate_load
@@ -64,6 +65,8 @@ module dynstep_linear_newmark
       real(wp) :: softest = 0.0_wp, stiffest = 0.0_wp  ! bounds of frequencies,
       real(wp) :: slowest = 0.0_wp, fastest = 0.0_wp   ! and damping rates
       real(wp) :: h = 0.0_wp                     ! step length that all is prepared for, 0: none
+      real(wp) :: remade_h = 0.0_wp              ! that of a run that goes on here, prepared without being counted, 0: none
+      logical :: remakes_mass = .false.          ! `mass` was factorized in that run
       type(newmark_form) :: form
       type(matrix_type) :: s                     ! M + gamma h C + beta h^2 K
       type(factorization_type) :: factor, mass   ! of S, of M
@@ -79,6 +82,7 @@ module dynstep_linear_newmark
       procedure :: advance => engine_advance
       procedure :: step => engine_step
       procedure :: needs_acceleration => engine_needs_acceleration
+      procedure :: archive => engine_archive
    end type linear_newmark
 
 contains
@@ -133,7 +137,9 @@ contains
       class(linear_newmark), intent(inout) :: self
       class(linear_system), intent(in) :: sys
       self%h = 0.0_wp
+      self%remade_h = 0.0_wp
       self%mass_is_ready = .false.
+      self%remakes_mass = .false.
       call frequency_bounds(sys%m, sys%k, self%softest, self%stiffest)
       self%softest = sqrt(self%softest)
       self%stiffest = sqrt(self%stiffest)
@@ -207,7 +213,8 @@ contains
 
       if (status%failed() .or. self%mass_is_ready) return
       call self%mass%factorize(sys%m, status, t, 'mass matrix')
-      if (.not. self%mass_is_plain) count%factorizations = count%factorizations + 1
+      if (.not. (self%mass_is_plain .or. self%remakes_mass)) count%factorizations = count%factorizations + 1
+      self%remakes_mass = .false.
       if (status%failed()) then
          if (self%mass%singular_equation > 0) &
             & call status%set(dynstep_singular_matrix, trim(status%message)//'; condense coordinates that ' &
@@ -241,7 +248,8 @@ contains
       real(wp), intent(in) :: t                       !! time, for the sentence
       type(status_type), intent(inout) :: status
       type(step_counters), intent(inout) :: count
-      logical :: growing
+      type(step_counters) :: uncounted
+      logical :: growing, is_remade
 
       if (status%failed() .or. h == self%h .and. self%h /= 0.0_wp) return
       if (.not. (ieee_is_finite(h) .and. abs(h) > 0.0_wp)) then
@@ -249,6 +257,8 @@ contains
          return
       end if
       self%h = 0.0_wp
+      is_remade = abs(self%remade_h) > 0.0_wp .and. .not. abs(h - self%remade_h) > 0.0_wp
+      self%remade_h = 0.0_wp
       call choose_form(self%form, self%beta, self%gamma, h, self%trapezoidal, self%softest, self%stiffest, &
          & self%slowest, self%fastest)
       if (self%same_as_mass) then
@@ -256,7 +266,11 @@ contains
          if (status%failed()) return
          if (self%kernel == kernel_tiny) call self%tiny%invert(self%form, sys%m, self%mass)
       else
-         call factorize(self, sys, h, growing, status, count, t)
+         if (is_remade) then
+            call factorize(self, sys, h, growing, status, uncounted, t)
+         else
+            call factorize(self, sys, h, growing, status, count, t)
+         end if
          if (growing) call refuse_growing(self, sys, h, t, status, count)
          if (status%failed()) then
             status%retry = .true.
@@ -445,4 +459,29 @@ contains
          call self%vector%step(sys, self%form, self%factor, loaded, p0, p1, q, v, a)
       end if
    end subroutine one_step
+
+   !> The step length in force.  What belongs to it follows from the system, to the last bit, and is made at the next use:
+   !> S and its factors, kernels, forms.  That work is not counted again.
+   recursive subroutine engine_archive(self, name, file)
+      class(linear_newmark), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      real(wp) :: h
+      logical :: mass_is_ready
+      call file%section(name)
+      call file%expect('n', self%n)
+      call file%expect('kernel', self%kernel)
+      h = self%h
+      if (abs(self%remade_h) > 0.0_wp) h = self%remade_h
+      mass_is_ready = self%mass_is_ready .or. self%remakes_mass
+      call file%item('h', h)
+      call file%item('mass_is_ready', mass_is_ready)
+      call file%end_section()
+      if (.not. file%is_reading) return
+      self%h = 0.0_wp
+      self%mass_is_ready = .false.
+      self%remade_h = 0.0_wp
+      self%remakes_mass = mass_is_ready .and. .not. file%failed()
+      if (.not. file%failed()) self%remade_h = h
+   end subroutine engine_archive
 end module dynstep_linear_newmark

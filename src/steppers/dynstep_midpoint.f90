@@ -8,6 +8,7 @@
 !> the midpoint.  Quadratic invariants of the motion are kept.
 module dynstep_midpoint
    use dynstep_accelerations, only: acceleration_solver
+   use dynstep_archive, only: archive_type
    use dynstep_equilibrium, only: equilibrium_solver, newton_options
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
@@ -34,6 +35,7 @@ module dynstep_midpoint
       procedure :: start => midpoint_start
       procedure :: try_step => midpoint_try_step
       procedure :: advance => midpoint_advance
+      procedure :: archive_parts => midpoint_archive_parts
    end type midpoint_stepper
 
    !> Stiffness ratio above which a = 0 predicts better than a = a0; see dynstep_newmark
@@ -172,4 +174,18 @@ contains
          if (.not. status%failed()) status = end_status
       end select
    end subroutine midpoint_advance
+
+   !> The guess of the acceleration, and the matrices
+   recursive subroutine midpoint_archive_parts(self, file)
+      class(midpoint_stepper), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      call self%newton%archive('newton', file)
+      call file%item('has_guess', self%has_guess)
+      if (self%has_guess) then
+         call file%item('t_end', self%t_end)
+         call file%item('a', self%a)
+      end if
+      call self%equilibrium%archive('equilibrium', file)
+      call self%end_solver%archive('end_solver', file)
+   end subroutine midpoint_archive_parts
 end module dynstep_midpoint

@@ -18,6 +18,7 @@
 module dynstep_newmark
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: acceleration_solver, check_callback, check_finite
+   use dynstep_archive, only: archive_type
    use dynstep_equilibrium, only: equilibrium_solver, newton_options
    use dynstep_kinds, only: long, wp
    use dynstep_linear_newmark, only: linear_newmark
@@ -59,6 +60,7 @@ module dynstep_newmark
       procedure :: try_step => newmark_try_step
       procedure :: advance => newmark_advance
       procedure :: needs_acceleration => newmark_needs_acceleration
+      procedure :: archive_parts => newmark_archive_parts
    end type newmark_stepper
 
    !> Stiffness ratio c_q |K|/M above which dv = 0, and then dq = 0, predict better than
@@ -375,4 +377,18 @@ contains
       call check_callback('force', ierr, clock%time(1), status)
       if (.not. status%failed()) call check_finite('force', f, clock%time(1), status)
    end subroutine scalar_steps
+
+   !> The matrices of the way that the system is stepped in
+   recursive subroutine newmark_archive_parts(self, file)
+      class(newmark_stepper), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      call file%expect('beta', self%beta)
+      call file%expect('gamma', self%gamma)
+      call file%expect('way', self%way)
+      call self%newton%archive('newton', file)
+      call file%item('reads_again', self%reads_again)
+      if (allocated(self%linear)) call self%linear%archive('linear', file)
+      if (allocated(self%equilibrium)) call self%equilibrium%archive('equilibrium', file)
+      if (allocated(self%start_solver)) call self%start_solver%archive('start_solver', file)
+   end subroutine newmark_archive_parts
 end module dynstep_newmark

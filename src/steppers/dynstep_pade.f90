@@ -15,6 +15,7 @@
 !>
 !> Steps linear_system and linear_ode, the forcing to full order, also where they are stiff.
 module dynstep_pade
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: wp
    use dynstep_ode_system, only: ode_system
    use dynstep_pole_stages, only: form_automatic
@@ -34,6 +35,7 @@ module dynstep_pade
       procedure :: properties => pade_properties
       procedure :: init => pade_init
       procedure :: start => pade_start
+      procedure :: archive_parts => pade_archive_parts
    end type pade_stepper
 
 contains
@@ -80,4 +82,13 @@ contains
       end if
       call self%start_rational(sys, state, status)
    end subroutine pade_start
+
+   recursive subroutine pade_archive_parts(self, file)
+      class(pade_stepper), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      call file%expect('p', self%p)
+      call file%expect('q', self%q)
+      call file%expect('form', self%form)
+      call self%archive_rational(file)
+   end subroutine pade_archive_parts
 end module dynstep_pade

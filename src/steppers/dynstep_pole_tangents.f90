@@ -18,6 +18,7 @@
 module dynstep_pole_tangents
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: check_callback
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: long, wp
    use dynstep_linear_system, only: linear_system
    use dynstep_matrix, only: kind_identity, kind_banded, kind_dense, kind_diagonal, kind_zero, matrix_type
@@ -54,6 +55,7 @@ module dynstep_pole_tangents
       procedure :: factorize => tangents_factorize
       procedure :: apply => tangents_apply
       procedure :: stiffness => tangents_stiffness
+      procedure :: archive => tangents_archive
    end type pole_tangents
 
 contains
@@ -285,4 +287,38 @@ contains
       ratio = most
       if (x < most*min(y, 1.0e100_wp)) ratio = x/y
    end function ratio
+
+   !> J, or M, C and K.  The factors follow from them and from h, to the last bit: they are made again at once, uncounted.
+   recursive subroutine tangents_archive(self, name, file)
+      class(pole_tangents), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      type(step_counters) :: uncounted
+      type(status_type) :: status
+      logical :: is_factorized
+      call file%section(name)
+      call file%expect('n', self%n)
+      call file%expect('poles', size(self%poles))
+      is_factorized = self%is_factorized
+      call file%item('is_known', self%is_known)
+      call file%item('is_constant', self%is_constant)
+      call file%item('is_factorized', is_factorized)
+      call file%item('h', self%h)
+      if (self%is_known .and. self%is_mechanical) then
+         call self%m%archive('m', file)
+         call self%c%archive('c', file)
+         call self%k%archive('k', file)
+         call file%item('gain_b', self%gain_b)
+         call file%item('gain_k', self%gain_k)
+         call file%item('gain_c', self%gain_c)
+      else if (self%is_known) then
+         call self%j%archive('j', file)
+      end if
+      call file%end_section()
+      if (.not. file%is_reading) return
+      self%is_factorized = .false.
+      if (is_factorized .and. .not. file%failed()) call self%factorize(self%h, 0.0_wp, uncounted, status)
+      if (status%failed()) call file%refuse('the matrices of the file cannot be factorized, '//trim(status%message))
+      if (file%failed()) call self%forget()
+   end subroutine tangents_archive
 end module dynstep_pole_tangents

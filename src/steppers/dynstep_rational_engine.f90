@@ -20,6 +20,7 @@
 !>   call engine%forget()                                      factors and loads that are known
 !>   call engine%step(sys, t, h, t1, y, dy, count, status)     y1 = y + dy
 module dynstep_rational_engine
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: long, wp
    use dynstep_linear_load, only: evaluate_load, evaluate_source
    use dynstep_linear_ode, only: linear_ode
@@ -59,6 +60,7 @@ module dynstep_rational_engine
       procedure :: init => engine_init
       procedure :: forget => engine_forget
       procedure :: step => engine_step
+      procedure :: archive => engine_archive
    end type rational_engine
 
    !> Up to this many unknowns in the state the matrix of a step is faster than banded solves
@@ -325,4 +327,25 @@ contains
          end select
       end associate
    end subroutine one_part
+
+   !> The load at the end of the last step, the matrix of a step, and how long h has been the same
+   recursive subroutine engine_archive(self, name, file)
+      class(rational_engine), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%expect('n', self%n)
+      call file%expect('degree', self%r%q)
+      call file%item('h', self%h)
+      call file%item('uses', self%uses)
+      call file%item('load_known', self%load_known)
+      call file%item('load_time', self%load_time)
+      if (self%load_known) call file%item('loads', self%loads)
+      call file%item('dense_known', self%dense_known)
+      if (self%dense_known) call file%item('dense', self%dense)
+      if (allocated(self%first)) call self%first%archive('first', file)
+      if (allocated(self%second)) call self%second%archive('second', file)
+      call file%end_section()
+      if (file%failed()) call self%forget()
+   end subroutine engine_archive
 end module dynstep_rational_engine

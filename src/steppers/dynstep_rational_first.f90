@@ -13,6 +13,7 @@
 !>   call first%stage(sys, stages, k, h, has_load, loads, y, d, count)     d of stage k at y, with the h of `prepare`
 !>   call first%factor(sys, stages, k, h, has_load, loads, y, d)           d of explicit factor k
 module dynstep_rational_first
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: wp
    use dynstep_linear_ode, only: linear_ode
    use dynstep_pole_stages, only: pole_stages_type
@@ -27,6 +28,7 @@ module dynstep_rational_first
    type, public :: rational_first
       type(shifted_systems_type), private :: systems
       real(wp), private :: h = 0.0_wp                      ! of the factors, 0: none
+      real(wp), private :: remade_h = 0.0_wp               ! that of a run that goes on here, 0: none
       real(wp), allocatable, private :: ay(:)              ! A y [n]
       real(wp), allocatable, private :: inner(:)           ! a y + b z y of an explicit factor [n]
       complex(wp), allocatable, private :: x(:, :)         ! right-hand side of a pole [n, 1]
@@ -39,6 +41,7 @@ module dynstep_rational_first
       procedure :: prepare => first_prepare
       procedure :: stage => first_stage
       procedure :: factor => first_factor
+      procedure :: archive => first_archive
    end type rational_first
 
 contains
@@ -61,6 +64,7 @@ contains
    pure subroutine first_forget(self)
       class(rational_first), intent(inout) :: self
       self%h = 0.0_wp
+      self%remade_h = 0.0_wp
    end subroutine first_forget
 
    !> Factors of all poles
@@ -76,7 +80,8 @@ contains
       if (.not. abs(h - self%h) > 0.0_wp) return
       self%h = 0.0_wp
       call self%systems%factorize_first(sys%a, h, stages%pole, status, t)
-      count%factorizations = count%factorizations + stages%poles
+      if (abs(h - self%remade_h) > 0.0_wp) count%factorizations = count%factorizations + stages%poles
+      self%remade_h = 0.0_wp
       if (.not. status%failed()) self%h = h
    end subroutine first_prepare
 
@@ -176,4 +181,21 @@ contains
       call sys%a%multiply_add(1.0_wp, y, ay)
       if (has_load) call add_loads(sys%n, size(weights), loads, weights, ay)
    end subroutine derivative
+
+   !> The step length in force.  The factors follow from it and from the system, to the last bit; they are made at the next
+   !> use, and not counted again.
+   recursive subroutine first_archive(self, name, file)
+      class(rational_first), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      real(wp) :: h
+      call file%section(name)
+      h = self%h
+      if (abs(self%remade_h) > 0.0_wp) h = self%remade_h
+      call file%item('h', h)
+      call file%end_section()
+      if (.not. file%is_reading) return
+      call self%forget()
+      if (.not. file%failed()) self%remade_h = h
+   end subroutine first_archive
 end module dynstep_rational_first

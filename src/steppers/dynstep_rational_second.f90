@@ -21,6 +21,7 @@
 !>   call second%stage(sys, stages, k, h, has_load, loads, y, d, count)     d of stage k at y, with the h of `prepare`
 !>   call second%factor(sys, stages, k, h, has_load, loads, y, d, count)    d of explicit factor k
 module dynstep_rational_second
+   use dynstep_archive, only: archive_type
    use dynstep_factorization, only: factorization_type
    use dynstep_kinds, only: wp
    use dynstep_linear_system, only: linear_system
@@ -42,6 +43,8 @@ module dynstep_rational_second
       type(factorization_type), private :: mass            ! where explicit factors need M^-1
       logical, private :: mass_known = .false.
       real(wp), private :: h = 0.0_wp                      ! of the factors, 0: none
+      real(wp), private :: remade_h = 0.0_wp               ! that of a run that goes on here, 0: none
+      logical, private :: remakes_mass = .false.           ! whose M was factorized
       real(wp), allocatable, private :: products(:, :)     ! K q, K v, M v, C v [n, 4]
       real(wp), allocatable, private :: inner(:)           ! a y + b z y of an explicit factor [2 n]
       complex(wp), allocatable, private :: x(:, :)         ! right-hand sides of a pole [n, 2]
@@ -55,6 +58,7 @@ module dynstep_rational_second
       procedure :: prepare => second_prepare
       procedure :: stage => second_stage
       procedure :: factor => second_factor
+      procedure :: archive => second_archive
    end type rational_second
 
 contains
@@ -112,6 +116,8 @@ contains
    pure subroutine second_forget(self)
       class(rational_second), intent(inout) :: self
       self%h = 0.0_wp
+      self%remade_h = 0.0_wp
+      self%remakes_mass = .false.
       self%mass_known = .false.
       self%on_chain = .false.
    end subroutine second_forget
@@ -125,18 +131,21 @@ contains
       real(wp), intent(in) :: h
       type(step_counters), intent(inout) :: count
       type(status_type), intent(inout) :: status
-      integer :: trouble
+      integer :: trouble, new_factors
       if (size(stages%factor) > 0 .and. .not. self%mass_known) then
          call self%mass%factorize(sys%m, status, t, 'mass matrix')
-         count%factorizations = count%factorizations + 1
+         if (.not. self%remakes_mass) count%factorizations = count%factorizations + 1
+         self%remakes_mass = .false.
          self%mass_known = .not. status%failed()
       end if
       if (status%failed() .or. stages%poles == 0) return
       if (.not. abs(h - self%h) > 0.0_wp) return
       self%h = 0.0_wp
+      new_factors = merge(stages%poles, 0, abs(h - self%remade_h) > 0.0_wp)
+      self%remade_h = 0.0_wp
       if (allocated(self%chain)) then
          call self%chain%factorize(sys, stages, h, trouble)
-         count%factorizations = count%factorizations + stages%poles
+         count%factorizations = count%factorizations + new_factors
          self%on_chain = trouble == 0
          if (self%on_chain .and. .not. self%chain%is_doubtful) then
             self%h = h
@@ -152,7 +161,7 @@ contains
       else
          call self%systems%factorize_second(sys%m, sys%c, sys%k, h, stages%pole, status, t)
       end if
-      count%factorizations = count%factorizations + stages%poles
+      count%factorizations = count%factorizations + new_factors
       if (.not. status%failed()) self%h = h
    end subroutine second_prepare
 
@@ -318,4 +327,26 @@ contains
          count%solves = count%solves + 1
       end associate
    end subroutine apply_z
+
+   !> The step length in force.  The factors follow from it and from the system, to the last bit; they are made at the next
+   !> use, and not counted again.
+   recursive subroutine second_archive(self, name, file)
+      class(rational_second), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      real(wp) :: h
+      logical :: mass_known
+      call file%section(name)
+      h = self%h
+      if (abs(self%remade_h) > 0.0_wp) h = self%remade_h
+      mass_known = self%mass_known .or. self%remakes_mass
+      call file%item('h', h)
+      call file%item('mass_known', mass_known)
+      call file%end_section()
+      if (.not. file%is_reading) return
+      call self%forget()
+      if (file%failed()) return
+      self%remade_h = h
+      self%remakes_mass = mass_known
+   end subroutine second_archive
 end module dynstep_rational_second

@@ -4,6 +4,7 @@
 !> An extension gives `properties` and `init`, which calls `init_rational` with its R.
 module dynstep_rational_stepper
    use dynstep_accelerations, only: acceleration_solver
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
@@ -30,6 +31,8 @@ module dynstep_rational_stepper
       procedure :: try_step => rational_try_step
       procedure :: advance => rational_advance
       procedure :: needs_acceleration => rational_needs_acceleration
+      procedure :: archive_parts => rational_archive_parts
+      procedure, non_overridable :: archive_rational => rational_archive_parts
    end type rational_stepper
 
 contains
@@ -138,4 +141,12 @@ contains
       class(rational_stepper), intent(in) :: self
       rational_needs_acceleration = .false.
    end function rational_needs_acceleration
+
+   !> The engine, and a constant M
+   recursive subroutine rational_archive_parts(self, file)
+      class(rational_stepper), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      call self%engine%archive('engine', file)
+      call self%end_solver%archive('end_solver', file)
+   end subroutine rational_archive_parts
 end module dynstep_rational_stepper

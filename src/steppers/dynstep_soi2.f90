@@ -20,6 +20,7 @@
 module dynstep_soi2
    use dynstep_accelerations, only: check_callback
    use dynstep_alpha_coefficients, only: alpha_coefficients
+   use dynstep_archive, only: archive_type
    use dynstep_consistent_start, only: consistent_start, start_keep, start_project, start_refuse, start_report
    use dynstep_equilibrium, only: newton_options
    use dynstep_kinds, only: wp
@@ -73,6 +74,7 @@ module dynstep_soi2
       procedure :: accept => soi2_accept
       procedure :: advance => soi2_advance
       procedure :: last_a_alpha => soi2_last_a_alpha
+      procedure :: archive_parts => soi2_archive_parts
    end type soi2_stepper
 
 contains
@@ -486,4 +488,26 @@ contains
       real(wp), intent(out) :: a_alpha(:)
       a_alpha = self%history(self%past)%a
    end subroutine soi2_last_a_alpha
+
+   !> The history of the last accepted step, and what the iteration keeps; that of the last trial is forgotten
+   recursive subroutine soi2_archive_parts(self, file)
+      class(soi2_stepper), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      call file%expect('alpha_m', self%coefficients%alpha_m)
+      call file%expect('alpha_f', self%coefficients%alpha_f)
+      call file%expect('beta', self%coefficients%beta)
+      call file%expect('gamma', self%coefficients%gamma)
+      call file%expect('variant', self%variant)
+      call file%expect('mass_at', self%mass_at)
+      call file%expect('adjust_acceleration', self%adjust_acceleration)
+      call file%expect('adjust_momentum', self%adjust_momentum)
+      call file%expect('second_order_start', self%second_order_start)
+      call self%newton%archive('newton', file)
+      call self%report%archive('report', file)
+      call file%item('regularization', self%consistency%regularization)
+      call file%item('knows_mass', self%knows_mass)
+      call self%history(self%past)%archive('history', file)
+      call self%eqs%archive('equations', self%knows_mass, file)
+      call self%iteration%archive('iteration', self%eqs%has_differences, file)
+   end subroutine soi2_archive_parts
 end module dynstep_soi2

@@ -17,6 +17,7 @@
 module dynstep_soi2_equations
    use dynstep_accelerations, only: check_callback, check_finite
    use dynstep_alpha_coefficients, only: alpha_coefficients
+   use dynstep_archive, only: archive_type
    use dynstep_constrained_motion, only: constrained_motion
    use dynstep_kinds, only: wp
    use dynstep_matrix, only: matrix_type
@@ -66,6 +67,7 @@ module dynstep_soi2_equations
       procedure :: pack_unknowns => equations_pack_unknowns
       procedure :: unpack_unknowns => equations_unpack_unknowns
       procedure :: pack_residuals => equations_pack_residuals
+      procedure :: archive => equations_archive
    end type soi2_equations
 
 contains
@@ -269,4 +271,22 @@ contains
       self%mu = x(i3 + i1 + 1:i3 + i2)
       self%nu = x(i3 + i2 + 1:)
    end subroutine equations_unpack_unknowns
+
+   !> A constant M, and derivatives of a general reaction, which are kept as long as the matrices of the iteration; all else
+   !> is of one step
+   recursive subroutine equations_archive(self, name, knows_mass, file)
+      class(soi2_equations), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(in) :: knows_mass              !! M is constant, and was evaluated
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%expect('entries', size(self%motion%gq%value))
+      if (knows_mass) then
+         call file%item('mass_size', self%mass_size)
+         call self%m1%archive('m1', file)
+      end if
+      call file%item('rl', self%motion%rl)
+      call file%item('rp', self%motion%rp)
+      call file%end_section()
+   end subroutine equations_archive
 end module dynstep_soi2_equations

@@ -2,6 +2,7 @@
 !> What a step of generalized-alpha-SOI2 leaves to the next one: a_alpha and M_alpha a_alpha before the adjustments
 !> (14) of Jay & Negrut 2008, forces, and slopes for a predictor.
 module dynstep_soi2_history
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: wp
    use dynstep_soi2_equations, only: soi2_equations
    use dynstep_stepper, only: state_type
@@ -26,6 +27,7 @@ module dynstep_soi2_history
       procedure :: adjusted_acceleration => history_adjusted_acceleration
       procedure :: predict => history_predict
       procedure :: take => history_take
+      procedure :: archive => history_archive
    end type history_type
 
 contains
@@ -140,4 +142,32 @@ contains
       end do
       self%bends_better = bent < straight
    end subroutine take_bends
+
+   recursive subroutine history_archive(self, name, file)
+      class(history_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%item('is_there', self%is_there)
+      call file%item('has_bend', self%has_bend)
+      call file%item('bends_better', self%bends_better)
+      call file%item('h', self%h)
+      call file%item('a', self%a)
+      call file%item('a_used', self%a_used)
+      call file%item('ma', self%ma)
+      call file%item('ma_used', self%ma_used)
+      call file%item('f', self%f)
+      call file%item('gq', self%gq)
+      call file%item('delta', self%delta)
+      call file%item('mu', self%mu)
+      call file%item('nu', self%nu)
+      call file%item('a_slope', self%a_slope)
+      call file%item('lambda_slope', self%lambda_slope)
+      call file%item('psi_slope', self%psi_slope)
+      call file%item('a_bend', self%a_bend)
+      call file%item('lambda_bend', self%lambda_bend)
+      call file%item('psi_bend', self%psi_bend)
+      call file%end_section()
+      if (file%failed()) self%is_there = .false.
+   end subroutine history_archive
 end module dynstep_soi2_history

@@ -7,6 +7,7 @@
 !> with new matrices, then with the whole Jacobian at each correction, and then asks for a smaller step.
 module dynstep_soi2_iteration
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_soi2_equations, only: soi2_equations, variant_reduced
@@ -31,6 +32,7 @@ module dynstep_soi2_iteration
       procedure :: init => iteration_init
       procedure :: forget => iteration_forget
       procedure :: solve => iteration_solve
+      procedure :: archive => iteration_archive
    end type soi2_iteration
 
    !> What is left may be this part of y and z: of new matrices, whose contraction gets better with each correction,
@@ -212,4 +214,18 @@ contains
          self%patience = 1
       end if
    end subroutine remember
+
+   !> The matrices and how well they have served; the whole Jacobian is made anew at each use
+   recursive subroutine iteration_archive(self, name, has_differences, file)
+      class(soi2_iteration), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(in) :: has_differences         !! of the equations
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%item('wait', self%wait)
+      call file%item('patience', self%patience)
+      call file%item('rate', self%rate)
+      call self%matrices%archive('matrices', has_differences, file)
+      call file%end_section()
+   end subroutine iteration_archive
 end module dynstep_soi2_iteration

@@ -15,6 +15,7 @@
 module dynstep_soi2_matrices
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: check_callback
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: long, wp
    use dynstep_matrix, only: kind_banded, kind_diagonal, kind_zero, matrix_type
    use dynstep_mechanical_system, only: mechanical_system
@@ -46,6 +47,7 @@ module dynstep_soi2_matrices
       procedure :: renew => matrices_renew
       procedure :: correct => matrices_correct
       procedure :: reduce_multipliers => matrices_reduce_multipliers
+      procedure :: archive => matrices_archive
    end type soi2_matrices
 
    !> Stiffness ratio b |Kq|/M, c |Cv|/M from which on the tangents take part in S: without them the iteration
@@ -394,4 +396,34 @@ contains
       real(wp), intent(in) :: change, whole
       part = change/max(whole, change, tiny(change))
    end function part
+
+   !> Tangents that are known, and the factors that RENEW made
+   recursive subroutine matrices_archive(self, name, has_differences, file)
+      class(soi2_matrices), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(in) :: has_differences         !! of the equations
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%item('is_made', self%is_made)
+      call file%item('is_exact', self%is_exact)
+      call file%item('is_stiff', self%is_stiff)
+      call file%item('knows_tangents', self%knows_tangents)
+      call file%item('tangents_are_given', self%tangents_are_given)
+      call file%item('regularization', self%regularization)
+      call file%item('made_b', self%made_b)
+      call file%item('made_c', self%made_c)
+      if (self%is_made .or. self%knows_tangents) then
+         call self%k%archive('k', file)
+         call self%c%archive('c', file)
+         call file%item('k_rows', self%k_rows)
+         call file%item('c_rows', self%c_rows)
+      end if
+      if (self%is_made) then
+         if (has_differences .or. .not. self%is_stiff .or. self%regularization > 0.0_wp) &
+            & call self%saddle_m%archive('saddle_m', file)
+         if (self%is_stiff) call self%saddle_s%archive('saddle_s', file)
+      end if
+      call file%end_section()
+      if (file%failed()) call self%forget()
+   end subroutine matrices_archive
 end module dynstep_soi2_matrices

@@ -14,6 +14,7 @@
 !>   call stepper%prepare_control(sys, norm, status)   before steps that are chosen by their error
 !>   call stepper%try_within(sys, state, h, t1, norm, trial, verdict, status)   try_step, and what its error is
 !>   call stepper%restart(sys, state, status)          `start` inside a run: counters go on
+!>   call stepper%archive(file)                        what later steps depend on, to a checkpoint or from it
 !>   stepper%properties(), stepper%count
 !>
 !>   A stepper owns its coefficients, workspace, history and counters, never a system: the
@@ -21,6 +22,7 @@
 !>   second thread).  `init` allocates, steps do not.
 module dynstep_stepper
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_archive, only: archive_type
    use dynstep_error_norm, only: error_norm_type
    use dynstep_kinds, only: long, wp
    use dynstep_linear_ode, only: linear_ode
@@ -42,6 +44,8 @@ module dynstep_stepper
                                           !! q'' [n] of a mechanical system, else y' [n]
       real(wp), allocatable :: lambda(:)  !! multipliers of g = 0, [0] without constraints
       real(wp), allocatable :: psi(:)     !! multipliers of k = 0, [0] without constraints
+   contains
+      procedure :: archive => state_archive
    end type state_type
 
    !> Time without accumulated rounding: t0 + k h
@@ -52,6 +56,7 @@ module dynstep_stepper
    contains
       !> Time after k + ahead steps
       procedure :: time => clock_time
+      procedure :: archive => clock_archive
    end type clock_type
 
    !> Work done since `start`
@@ -70,6 +75,7 @@ module dynstep_stepper
    contains
       procedure :: add => counters_add
       procedure :: zero => counters_zero
+      procedure :: archive => counters_archive
    end type step_counters
 
    !> Facts about a method, for drivers, tables in the documents, and tests of order
@@ -136,6 +142,8 @@ module dynstep_stepper
       procedure :: column_growth => no_columns
       procedure :: carry => carry_counts
       procedure :: needs_acceleration => acceleration_is_needed
+      procedure, non_overridable :: archive => stepper_archive
+      procedure :: archive_parts
    end type stepper_type
 
    abstract interface
@@ -566,4 +574,105 @@ contains
       class(stepper_type), intent(in) :: self
       acceleration_is_needed = .true.
    end function acceleration_is_needed
+
+   !> All that the next steps depend on, written or read.  A stepper that reads has the options of the one that wrote, and its
+   !> `init` (and `prepare_control`, where steps are chosen by their error) was called with the same system; what does not fit
+   !> is refused in `file`, and the stepper counts as not started then.
+   recursive subroutine stepper_archive(self, file)
+      class(stepper_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      type(method_properties) :: facts
+      logical :: is_started
+
+      if (file%failed()) return
+      facts = self%properties()
+      call file%section(trim(facts%name))
+      if (self%seen_n == 0) call file%refuse('the method knows no system yet; call init before')
+      is_started = self%is_started
+      if (file%is_reading) self%is_started = .false.
+      call expect_system(self, file)
+      call self%count%archive('count', file)
+      if (.not. file%failed()) call self%archive_parts(file)
+      call file%item('is_started', is_started)
+      call file%end_section()
+      if (.not. file%failed()) self%is_started = is_started
+   end subroutine stepper_archive
+
+   !> What `fits` compares
+   recursive subroutine expect_system(self, file)
+      class(stepper_type), intent(in) :: self
+      type(archive_type), intent(inout) :: file
+      call file%section('system')
+      call file%expect('n', self%seen_n)
+      call file%expect('m', self%seen_m)
+      call file%expect('p', self%seen_p)
+      call file%expect('jacobian', self%seen_jacobian)
+      call file%expect('kind', self%seen_kind)
+      associate (s => self%structure)
+         call file%expect('mass', s%mass)
+         call file%expect('mass_kl', s%mass_kl)
+         call file%expect('mass_ku', s%mass_ku)
+         call file%expect('mass_is_constant', s%mass_is_constant)
+         call file%expect('mass_is_symmetric', s%mass_is_symmetric)
+         call file%expect('tangent', s%tangent)
+         call file%expect('kl', s%kl)
+         call file%expect('ku', s%ku)
+         call file%expect('tangent_is_symmetric', s%tangent_is_symmetric)
+         call file%expect('tangent_is_constant', s%tangent_is_constant)
+         call file%expect('force_is_linear', s%force_is_linear)
+         call file%expect('velocity_free', s%velocity_free)
+         call file%expect('is_coupled', s%is_coupled)
+      end associate
+      call file%end_section()
+   end subroutine expect_system
+
+   !> Options, to be compared, and what is kept over steps.  A method that keeps anything overrides this.
+   recursive subroutine archive_parts(self, file)
+      class(stepper_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+   end subroutine archive_parts
+
+   !> A point of the trajectory; arrays that are allocated must have the lengths of the file
+   recursive subroutine state_archive(self, name, file)
+      class(state_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%item('t', self%t)
+      call file%item('y', self%y)
+      call file%item('a', self%a)
+      call file%item('lambda', self%lambda)
+      call file%item('psi', self%psi)
+      call file%end_section()
+   end subroutine state_archive
+
+   recursive subroutine clock_archive(self, name, file)
+      class(clock_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%item('t0', self%t0)
+      call file%item('h', self%h)
+      call file%item('k', self%k)
+      call file%end_section()
+   end subroutine clock_archive
+
+   recursive subroutine counters_archive(self, name, file)
+      class(step_counters), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%item('steps', self%steps)
+      call file%item('substeps', self%substeps)
+      call file%item('rejections', self%rejections)
+      call file%item('forces', self%forces)
+      call file%item('masses', self%masses)
+      call file%item('tangents', self%tangents)
+      call file%item('constraints', self%constraints)
+      call file%item('factorizations', self%factorizations)
+      call file%item('solves', self%solves)
+      call file%item('newton_iterations', self%newton_iterations)
+      call file%item('halvings', self%halvings)
+      call file%end_section()
+   end subroutine counters_archive
 end module dynstep_stepper

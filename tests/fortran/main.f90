@@ -13,6 +13,7 @@ program tester
    use test_constrained_orders, only: collect_constrained_orders
    use test_dense_families, only: collect_dense_families
    use test_dense_output, only: collect_dense_output
+   use test_continuation, only: collect_continuation
    use test_divided_steps, only: collect_divided_steps
    use test_events, only: collect_events
    use test_drivers, only: collect_drivers
@@ -73,6 +74,7 @@ program tester
       & new_testsuite('rank', collect_rank), &
       & new_testsuite('rational', collect_rational), &
       & new_testsuite('rational_steps', collect_rational_steps), &
+      & new_testsuite('continuation', collect_continuation), &
       & new_testsuite('figures', collect_figures), &
       & new_testsuite('bits', collect_bits), &
       & new_testsuite('stability', collect_stability), &
