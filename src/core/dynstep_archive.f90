@@ -322,7 +322,7 @@ contains
          call self%lines%word(word)
          if (i == 1 .and. word == 'none') then
             is_there = .false.
-            return
+            exit
          end if
          call integer_of(self%lines, word, length)
          if (self%failed()) return
@@ -331,9 +331,9 @@ contains
             & //text(length)//' in the file and '//text(shape(i))//' here: it belongs to another system or option')
          if (self%failed()) return
          shape(i) = int(length)
+         if (i == size(shape)) is_there = .true.
       end do
       if (self%lines%has_more()) call self%refuse(name//' has more than '//text(size(shape))//' dimensions')
-      is_there = .true.
    end subroutine head
 
    subroutine shape_words(shape, words)

@@ -33,6 +33,7 @@ module dynstep_archive_lines
       integer, private :: next = 1                    ! first character that no word was taken from
       integer, private :: unit = -1
       integer(long), private :: a = 1, b = 0          ! Adler-32 is 2**16 b + a
+      integer(long), private :: bytes = 0             ! that were written
       character(len=shown) :: name = ''               !! of the file, or its end
       character(len=160) :: path = ''                 !! section that the lines belong to, for sentences
    contains
@@ -57,8 +58,9 @@ contains
       character(len=80) :: reason
       integer :: stat
       call start(self, path, .false.)
+      call to_begin(self)
       reason = ''
-      open (newunit=self%unit, file=path, status='replace', action='write', form='formatted', iostat=stat, iomsg=reason)
+      open (newunit=self%unit, file=path, status='replace', action='readwrite', form='formatted', iostat=stat, iomsg=reason)
       self%is_open = stat == 0
       if (stat /= 0) call self%refuse('cannot be written: '//trim(reason))
       call self%put(title//' '//text(version))
@@ -71,16 +73,14 @@ contains
       character(len=80) :: reason
       integer :: stat
       call start(self, path, .true.)
+      call to_begin(self)
       reason = ''
       open (newunit=self%unit, file=path, status='old', action='read', form='formatted', iostat=stat, iomsg=reason)
       self%is_open = stat == 0
       if (stat /= 0) call self%refuse('cannot be read: '//trim(reason))
       call check_title(self)
       call check_sum(self)
-      if (self%status%failed()) return
-      rewind (self%unit, iostat=stat)
-      if (stat /= 0) call self%refuse('cannot be read twice')
-      self%line = 0
+      call to_begin(self)
       call self%get()
       self%buffer = ''
    end subroutine lines_open
@@ -93,15 +93,25 @@ contains
       call close_unit(self)
       call self%status%clear()
       self%is_reading = is_reading
+      self%bytes = 0
+      self%path = ''
+      self%name = path
+      if (len_trim(path) > shown) self%name = '...'//path(len_trim(path) - shown + 4:)
+   end subroutine start
+
+   !> Nothing is read or summed up yet
+   subroutine to_begin(self)
+      class(archive_lines), intent(inout) :: self
+      integer :: stat
       self%buffer = ''
       self%line = 0
       self%next = 1
       self%a = 1
       self%b = 0
-      self%path = ''
-      self%name = path
-      if (len_trim(path) > shown) self%name = '...'//path(len_trim(path) - shown + 4:)
-   end subroutine start
+      if (self%is_done()) return
+      rewind (self%unit, iostat=stat)
+      if (stat /= 0) call self%refuse('cannot be read from its begin')
+   end subroutine to_begin
 
    subroutine close_unit(self, stat)
       class(archive_lines), intent(inout) :: self
@@ -172,6 +182,7 @@ contains
       reason = ''
       write (self%unit, '(a)', iostat=stat, iomsg=reason) trim(line)
       self%line = self%line + 1
+      self%bytes = self%bytes + len_trim(line) + 1
       call add(self, line)
       if (stat /= 0) call self%refuse('cannot be written: '//trim(reason))
    end subroutine lines_put
@@ -248,24 +259,44 @@ contains
       call close_unit(self)
    end subroutine lines_refuse
 
-   !> Write the sum, or see that it is next; close.  A disk that is full may show here first.
+   !> Write the sum, or see that it is next; close
    subroutine lines_finish(self)
       class(archive_lines), intent(inout) :: self
-      character(len=80) :: reason
       integer :: stat
-      if (self%status%failed() .or. .not. self%is_open) return
-      stat = 0
+      if (self%is_done()) return
       if (self%is_reading) then
          call self%get()
-         if (.not. self%status%failed() .and. self%buffer(:len(last_word) + 1) /= last_word//' ') &
+         if (.not. self%is_done() .and. self%buffer(:len(last_word) + 1) /= last_word//' ') &
             & call self%refuse('has "'//trim(self%buffer(:40))//'" where the end of the checkpoint was expected')
       else
          call self%put(last_word//' '//text(ishft(self%b, 16) + self%a))
-         reason = ''
-         if (self%is_open) flush (self%unit, iostat=stat, iomsg=reason)
-         if (stat /= 0) call self%refuse('could not be written to its end: '//trim(reason))
+         call look_again(self)
       end if
       call close_unit(self, stat)
-      if (stat /= 0) call self%refuse('could not be written to its end')
+      if (stat /= 0) call self%refuse('could not be closed')
    end subroutine lines_finish
+
+   !> Is all of it there?  gfortran 12 tells neither in WRITE nor in FLUSH or CLOSE that a disk is full.  The length comes
+   !> first: a device may have no end.
+   subroutine look_again(self)
+      class(archive_lines), intent(inout) :: self
+      character(len=80) :: reason
+      integer(long) :: bytes
+      integer :: stat
+      if (self%is_done()) return
+      reason = ''
+      bytes = 0
+      flush (self%unit, iostat=stat, iomsg=reason)
+      if (stat /= 0) call self%refuse('could not be written to its end: '//trim(reason))
+      if (self%is_done()) return
+      inquire (unit=self%unit, size=bytes, iostat=stat)
+      if (stat /= 0 .or. bytes < self%bytes) then
+         call self%refuse('has '//text(max(0_long, bytes))//' bytes of '//text(self%bytes)//': could not be written to its ' &
+            & //'end, the disk may be full')
+         return
+      end if
+      call to_begin(self)
+      call check_title(self)
+      call check_sum(self)
+   end subroutine look_again
 end module dynstep_archive_lines

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> All Fortran suites; tests/fortran/meson.build lists their names too.
 program tester
+   use test_archive, only: collect_archive
    use test_arms, only: collect_arms
    use test_amplification, only: collect_amplification
    use test_backinterpolation, only: collect_backinterpolation
@@ -74,6 +75,7 @@ program tester
       & new_testsuite('rank', collect_rank), &
       & new_testsuite('rational', collect_rational), &
       & new_testsuite('rational_steps', collect_rational_steps), &
+      & new_testsuite('archive', collect_archive), &
       & new_testsuite('continuation', collect_continuation), &
       & new_testsuite('figures', collect_figures), &
       & new_testsuite('bits', collect_bits), &
