@@ -20,6 +20,7 @@
 !>   h_min; the state is then that of the last accepted step.
 module dynstep_controlled_run
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_archive, only: archive_type
    use dynstep_events, only: event_type
    use dynstep_kinds, only: long, wp
    use dynstep_linear_ode, only: linear_ode
@@ -55,6 +56,7 @@ module dynstep_controlled_run
       procedure :: wants_point => controlled_wants_point
       procedure :: steps_for => controlled_steps_for
       procedure :: finished => controlled_finished
+      procedure :: archive_parts => controlled_archive_parts
    end type controlled_run_type
 
    !> A state whose rounding errors have more than this size in the norm cannot have errors of 1: sums of some hundred of
@@ -337,4 +339,20 @@ contains
             & //'right side is not smooth')
       end if
    end subroutine too_small
+
+   recursive subroutine controlled_archive_parts(self, file)
+      class(controlled_run_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      call file%section('steps by error')
+      call self%control%archive(file)
+      if (file%is_reading) self%norm = self%control%norm()
+      call file%item('h', self%h)
+      call file%item('longest', self%longest)
+      call file%item('growth', self%growth)
+      call file%item('error_before', self%error_before)
+      call file%item('after_rejection', self%after_rejection)
+      call file%item('keeps_factors', self%keeps_factors)
+      call file%item('order', self%order)
+      call file%end_section()
+   end subroutine controlled_archive_parts
 end module dynstep_controlled_run

@@ -29,6 +29,7 @@
 !>   The stepper of the run is not touched.  Where an inner step fails, `build` says so in `status`, and `evaluate` gives what
 !>   both ends of the step alone determine.
 module dynstep_dense_output
+   use dynstep_archive, only: archive_type
    use dynstep_error_norm, only: error_norm_type
    use dynstep_hermite, only: hermite_type
    use dynstep_kinds, only: wp
@@ -64,6 +65,7 @@ module dynstep_dense_output
       procedure :: evaluate => dense_evaluate
       procedure :: last => dense_last
       procedure :: node => dense_node
+      procedure :: archive => dense_archive
    end type dense_output_type
 
 contains
@@ -271,4 +273,14 @@ contains
       type(state_type), intent(inout) :: state         !! its arrays are allocated
       call copy_state(self%nodes(k), state)
    end subroutine dense_node
+
+   !> What later interpolants depend on, to a checkpoint or from it; `begin` was called before
+   recursive subroutine dense_archive(self, file)
+      class(dense_output_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      call file%section('dense output')
+      call file%expect('has_helper', allocated(self%helper))
+      if (allocated(self%helper)) call self%helper%archive(file)
+      call file%end_section()
+   end subroutine dense_archive
 end module dynstep_dense_output

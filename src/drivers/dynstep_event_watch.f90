@@ -12,10 +12,11 @@
 module dynstep_event_watch
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: check_callback
+   use dynstep_archive, only: archive_type
    use dynstep_events, only: event_type
    use dynstep_kinds, only: wp
    use dynstep_ode_system, only: ode_system
-   use dynstep_status, only: dynstep_not_finite, status_type
+   use dynstep_status, only: dynstep_invalid_input, dynstep_not_finite, status_type
    use dynstep_stepper, only: allocate_state, state_type, stepper_type
    use dynstep_text, only: text
    implicit none
@@ -50,6 +51,9 @@ module dynstep_event_watch
       type(state_type), private :: point
    contains
       procedure :: begin => watch_begin
+      procedure :: resume => watch_resume
+      procedure :: archive => watch_archive
+      procedure, private :: clear => watch_clear
       procedure :: evaluate => watch_evaluate
       procedure :: look_at_state => watch_look_at_state
       procedure :: first_zero => watch_first_zero
@@ -78,8 +82,7 @@ contains
          self%count = self%count + events%count
       end if
       if (self%count == 0) return
-      if (allocated(self%sign_now)) deallocate (self%sign_now, self%value, self%direction, self%begin_value, self%sample, &
-         & self%place, self%fired, self%bracket_sign, self%end_value)
+      call self%clear()
       allocate (self%sign_now(self%count), self%direction(self%count), self%bracket_sign(self%count), source=0)
       allocate (self%fired(self%count), source=.false.)
       allocate (self%value(self%count), self%begin_value(self%count), self%end_value(self%count), &
@@ -89,6 +92,51 @@ contains
       end if
       call allocate_state(sys, self%point, status)
    end subroutine watch_begin
+
+   !> `begin` behind a restore: the signs are those of the checkpoint
+   recursive subroutine watch_resume(self, sys, status, events)
+      class(event_watch), intent(inout) :: self
+      class(ode_system), intent(in) :: sys
+      type(status_type), intent(inout) :: status
+      class(event_type), intent(in), optional :: events
+      integer, allocatable :: sign_now(:)
+      real(wp), allocatable :: begin_value(:)
+      integer :: count
+      if (status%failed()) return
+      count = self%count
+      if (allocated(self%sign_now)) sign_now = self%sign_now
+      if (allocated(self%begin_value)) begin_value = self%begin_value
+      call self%begin(sys, status, events)
+      if (status%failed()) return
+      if (self%count /= count) then
+         call status%set(dynstep_invalid_input, 'the run that was restored watches '//text(count)//' switch and event ' &
+            & //'functions, and here are '//text(self%count)//'; give the events that it had')
+         return
+      end if
+      if (count == 0) return
+      self%sign_now = sign_now
+      self%begin_value = begin_value
+   end subroutine watch_resume
+
+   pure subroutine watch_clear(self)
+      class(event_watch), intent(inout) :: self
+      if (allocated(self%sign_now)) deallocate (self%sign_now)
+      if (allocated(self%begin_value)) deallocate (self%begin_value)
+      if (allocated(self%value)) deallocate (self%value, self%direction, self%sample, self%place, self%fired, &
+         & self%bracket_sign, self%end_value)
+   end subroutine watch_clear
+
+   !> To a checkpoint or from it
+   recursive subroutine watch_archive(self, file)
+      class(event_watch), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      call file%section('watch')
+      if (file%is_reading) call self%clear()
+      call file%item('count', self%count)
+      call file%item('sign_now', self%sign_now)
+      call file%item('begin_value', self%begin_value)
+      call file%end_section()
+   end subroutine watch_archive
 
    !> self%value at (t, y)
    recursive subroutine watch_evaluate(self, sys, t, y, status, events)

@@ -8,6 +8,7 @@
 !> state there has the error of the method.  Then ACT may change the state (an impact) or parameters of the system; a run
 !> starts anew behind it, with new accelerations, and constraints are made consistent.
 module dynstep_events
+   use dynstep_archive, only: archive_type
    use dynstep_kinds, only: wp
    use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, status_type
@@ -47,6 +48,7 @@ module dynstep_events
       real(wp), allocatable :: y(:, :)            !! [state_size, count] states, before the action
    contains
       procedure :: add => log_add
+      procedure :: archive => log_archive
    end type event_log
 
 contains
@@ -118,4 +120,17 @@ contains
       self%t(self%count) = state%t
       self%y(:, self%count) = state%y
    end subroutine log_add
+
+   !> To a checkpoint or from it
+   recursive subroutine log_archive(self, file)
+      class(event_log), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      call file%section('events')
+      call file%item('count', self%count)
+      if (file%is_reading .and. allocated(self%which)) deallocate (self%which, self%t, self%y)
+      call file%item('which', self%which)
+      call file%item('t', self%t)
+      call file%item('y', self%y)
+      call file%end_section()
+   end subroutine log_archive
 end module dynstep_events

@@ -21,6 +21,7 @@
 !>   length h.  Points at events are recorded, too, without t_eval and with every > 0.
 module dynstep_integrate
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_archive, only: archive_type
    use dynstep_events, only: event_type
    use dynstep_kinds, only: long, wp
    use dynstep_ode_system, only: ode_system
@@ -59,6 +60,7 @@ module dynstep_integrate
       procedure :: wants_point => integration_wants_point
       procedure :: steps_for => integration_steps_for
       procedure :: finished => integration_finished
+      procedure :: archive_parts => integration_archive_parts
    end type integration_type
 
 contains
@@ -331,4 +333,20 @@ contains
       type(status_type), intent(inout) :: status
       self%length = 0.0_wp
    end subroutine integration_restarted
+
+   recursive subroutine integration_archive_parts(self, file)
+      class(integration_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      call file%section('steps of one length')
+      call file%item('h', self%control%h)
+      call file%item('every', self%control%every)
+      call self%clock%archive('clock', file)
+      call file%item('full_steps', self%full_steps)
+      call file%item('last_step', self%last_step)
+      call file%item('longest_block', self%longest_block)
+      call file%item('is_cut', self%is_cut)
+      call file%item('length', self%length)
+      call file%item('growth_limit', self%growth_limit)
+      call file%end_section()
+   end subroutine integration_archive_parts
 end module dynstep_integrate

@@ -20,6 +20,7 @@
 !>   action that has changed something, the method starts anew.  Events are in `run%log`.
 module dynstep_run
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_archive, only: archive_type
    use dynstep_dense_output, only: dense_output_type
    use dynstep_error_norm, only: error_norm_type
    use dynstep_event_watch, only: event_watch
@@ -59,6 +60,8 @@ module dynstep_run
       type(event_watch) :: watch
       type(stability_monitor) :: monitor                 !! monitor%warning tells of steps that are too long for the method
       logical, private :: fresh = .true.                 ! nothing done since `begin`
+      logical, private :: is_restored = .false.          ! from a checkpoint, and not taken up yet
+      logical, private :: has_dense = .false.            ! self%dense is begun
       integer, private :: next = 1                       ! first t_eval that is not recorded
       integer, private :: events_in_a_row = 0
       real(wp), allocatable, private :: last_time(:)     ! [watch%count] of each function's last event
@@ -70,6 +73,9 @@ module dynstep_run
       procedure :: begin_common => run_begin_common
       procedure :: cut_at_zero => run_cut_at_zero
       procedure :: next_time => run_next_time
+      procedure :: checkpoint => run_checkpoint
+      procedure :: restore => run_restore
+      procedure(archive_interface), deferred :: archive_parts
       procedure(make_steps_interface), deferred :: make_steps
       procedure(try_interface), deferred :: try
       procedure(restarted_interface), deferred :: restarted
@@ -129,6 +135,13 @@ module dynstep_run
          class(run_type), intent(in) :: self
       end function wants_interface
 
+      !> What the extension keeps, and the control, to a checkpoint or from it
+      recursive subroutine archive_interface(self, file)
+         import :: archive_type, run_type
+         class(run_type), intent(inout) :: self
+         type(archive_type), intent(inout) :: file
+      end subroutine archive_interface
+
       !> True where t_end is reached
       pure logical function finished_interface(self, state)
          import :: run_type, state_type
@@ -184,6 +197,8 @@ contains
       self%which = 0
       self%events_in_a_row = 0
       self%log%count = 0
+      self%has_dense = .false.
+      self%is_restored = .false.
       call allocate_state(sys, self%left, status)
       call allocate_state(sys, self%point, status)
    end subroutine run_begin_common
@@ -213,6 +228,9 @@ contains
          call status%set(dynstep_invalid_input, 'max_steps = '//text(allowed)//' must be 0 or more')
          return
       end if
+      if (self%is_restored) call self%watch%resume(sys, status, events)
+      self%is_restored = .false.
+      if (status%failed()) return
       if (self%fresh) call open_run(self, stepper, sys, state, status, recorder, events)
       do while (.not. self%finished(state) .and. .not. status%failed())
          if (allowed <= 0) then
@@ -256,7 +274,8 @@ contains
       call self%watch%look_at_state(sys, state, status, events)
       if (status%failed()) return
       if (.not. present(recorder)) return
-      if (self%keeps_nodes .or. allocated(self%t_eval)) call self%dense%begin(stepper, sys, status)
+      self%has_dense = self%keeps_nodes .or. allocated(self%t_eval)
+      if (self%has_dense) call self%dense%begin(stepper, sys, status)
       if (.not. allocated(self%t_eval)) then
          if (.not. self%wants_point() .or. status%failed()) return
          call recorder%record(state, status)
@@ -563,6 +582,87 @@ contains
       if (.not. allocated(events%terminal)) return
       if (events%terminal(i)) last = i
    end subroutine meet_one
+
+   !> Write all that the rest of the run depends on: state, method, run, sides of switches.  The system's own parameters,
+   !> events and recorders are the program's.  docs/howto/restarting.md tells the format.
+   recursive subroutine run_checkpoint(self, path, stepper, sys, state, status)
+      class(run_type), intent(inout) :: self
+      character(len=*), intent(in) :: path                !! of the file; one of this name is replaced
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(status_type), intent(inout) :: status
+      type(archive_type) :: file
+      if (status%failed()) return
+      call status%clear()
+      call file%begin_writing(path, status)
+      call visit(self, file, stepper, sys, state, status)
+      call file%finish(status)
+   end subroutine run_checkpoint
+
+   !> Read it: `proceed` then goes on with the same bits.  The stepper has the same options and `init` was called with the same
+   !> system, which has the parameters that it had; the run needs no `begin`.
+   recursive subroutine run_restore(self, path, stepper, sys, state, status)
+      class(run_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(status_type), intent(inout) :: status
+      type(archive_type) :: file
+      if (status%failed()) return
+      call status%clear()
+      call file%begin_reading(path, status)
+      if (.not. status%failed()) then
+         call allocate_state(sys, self%left, status)
+         call allocate_state(sys, self%point, status)
+         call allocate_state(sys, state, status)
+      end if
+      call visit(self, file, stepper, sys, state, status)
+      call file%finish(status)
+      self%is_restored = .true.
+   end subroutine run_restore
+
+   !> Everything in one order
+   recursive subroutine visit(self, file, stepper, sys, state, status)
+      class(run_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(status_type), intent(inout) :: status
+
+      if (status%failed() .or. file%failed()) return
+      call state%archive('state', file)
+      call file%expect('switches', sys%switches)
+      call file%item('side', sys%side)
+      call file%section('run')
+      call file%item('t_end', self%t_end)
+      if (file%is_reading .and. allocated(self%t_eval)) deallocate (self%t_eval)
+      call file%item('t_eval', self%t_eval)
+      call file%item('next', self%next)
+      call file%item('fresh', self%fresh)
+      call file%item('keeps_nodes', self%keeps_nodes)
+      call file%item('has_dense', self%has_dense)
+      call file%item('is_recorded', self%is_recorded)
+      call file%item('step_order', self%step_order)
+      call file%item('most_events_in_a_row', self%most_events_in_a_row)
+      call file%item('events_in_a_row', self%events_in_a_row)
+      if (file%is_reading .and. allocated(self%last_time)) deallocate (self%last_time, self%quick_events)
+      call file%item('last_time', self%last_time)
+      call file%item('quick_events', self%quick_events)
+      call self%log%archive(file)
+      call self%watch%archive(file)
+      call self%archive_parts(file)
+      call file%end_section()
+      if (file%failed()) return
+      if (file%is_reading .and. allocated(self%norm)) call stepper%prepare_control(sys, self%norm, status)
+      if (status%failed()) return
+      call stepper%archive(file)
+      if (.not. self%has_dense .or. file%failed()) return
+      if (file%is_reading) call self%dense%begin(stepper, sys, status)
+      if (.not. status%failed()) call self%dense%archive(file)
+   end subroutine visit
 
    !> The method was started, on a state of this system
    recursive subroutine check_started(stepper, sys, state, status)

@@ -20,6 +20,7 @@
 !> steps, not work, and its errors are about twice as large.
 module dynstep_step_control
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_archive, only: archive_type
    use dynstep_error_norm, only: error_norm_type, norm_largest, norm_weighted
    use dynstep_kinds, only: wp
    use dynstep_status, only: dynstep_invalid_input, status_type
@@ -64,6 +65,7 @@ module dynstep_step_control
       procedure :: next => control_next
       procedure :: first => control_first
       procedure :: is_weighted => control_is_weighted
+      procedure :: archive => control_archive
    end type step_control_type
 
 contains
@@ -180,4 +182,23 @@ contains
          h = max(1.0e-6_wp, 1.0e-3_wp*h)
       end if
    end function control_first
+
+   !> To a checkpoint or from it; t_eval is kept by the run
+   recursive subroutine control_archive(self, file)
+      class(step_control_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: file
+      call file%section('control')
+      if (file%is_reading .and. allocated(self%atol)) deallocate (self%atol)
+      call file%item('rtol', self%rtol)
+      call file%item('atol', self%atol)
+      call file%item('atol_lambda', self%atol_lambda)
+      call file%item('atol_psi', self%atol_psi)
+      call file%item('tolerance', self%tolerance)
+      call file%item('controller', self%controller)
+      call file%item('safety_place', self%safety_place)
+      call file%item('h_first', self%h_first)
+      call file%item('h_max', self%h_max)
+      call file%item('h_min', self%h_min)
+      call file%end_section()
+   end subroutine control_archive
 end module dynstep_step_control
