@@ -51,8 +51,8 @@ module dynstep
    use dynstep_run, only: observer_type, run_type
    use dynstep_shear_building, only: shear_building
    use dynstep_slider_crank, only: slider_crank
-   use dynstep_soi2, only: mass_recomputed, mass_stored, soi2_stepper, start_keep, start_project, start_refuse, &
-      & start_report, variant_index3, variant_reduced, variant_soi2
+   use dynstep_soi2, only: estimate_larger, estimate_projected, estimate_raw, mass_recomputed, mass_stored, soi2_stepper, &
+      & start_keep, start_project, start_refuse, start_report, variant_index3, variant_reduced, variant_soi2
    use dynstep_stability_domain, only: find_domain, stability_domain_type
    use dynstep_stability_facts, only: find_facts, imaginary_axis_type, stability_facts_type
    use dynstep_stability_windows, only: alpha_windows, family_fehlberg, family_taylor, property_a_stable, &

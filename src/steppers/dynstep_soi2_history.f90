@@ -3,11 +3,14 @@
 !> (14) of Jay & Negrut 2008, forces, and slopes for a predictor.
 module dynstep_soi2_history
    use dynstep_archive, only: archive_type
+   use dynstep_alpha_coefficients, only: alpha_coefficients
    use dynstep_kinds, only: wp
    use dynstep_soi2_equations, only: soi2_equations
    use dynstep_stepper, only: state_type
    implicit none
    private
+
+   public :: balance_defect, velocity_defect
 
    type, public :: history_type
       logical :: is_there = .false.                    !! there was a step; else f and gq of the start alone
@@ -16,11 +19,14 @@ module dynstep_soi2_history
       real(wp), allocatable :: ma(:), ma_used(:)       !! [n] M_{1+alpha} a_{1+alpha} and M_alpha a_alpha
       real(wp), allocatable :: f(:)                    !! [n] f + r at its end
       real(wp), allocatable :: gq(:)                   !! entries of G at its end
+      ! a_{n+alpha} - a(t_n + alpha h) is kappa h^2 a'' + O(h^3) along the constraints
+      real(wp) :: kappa = 0.0_wp, kappa_used = 0.0_wp  !! of a_{1+alpha} and of a_alpha
       real(wp), allocatable, private :: delta(:), mu(:), nu(:)   ! differences of its auxiliary variables
       ! slopes over the step, x' of a straight line, and what their change gives for x''
       real(wp), allocatable, private :: a_slope(:), lambda_slope(:), psi_slope(:)
       real(wp), allocatable, private :: a_bend(:), lambda_bend(:), psi_bend(:)
-      logical, private :: has_bend = .false.           ! there was a step before it
+      logical :: has_bend = .false.                    !! there was a step before it
+      real(wp), private :: bend_factor = 1.0_wp        ! of a'' in a_bend
       logical, private :: bends_better = .false.       ! parabolas predicted it better than straight lines
    contains
       procedure :: init => history_init
@@ -28,7 +34,12 @@ module dynstep_soi2_history
       procedure :: predict => history_predict
       procedure :: take => history_take
       procedure :: archive => history_archive
+      procedure :: second_derivative => history_second_derivative
    end type history_type
+
+   !> Rounding errors of a'' are not divided by less, whatever lengths follow each other: 0.5 is the least from the second
+   !> step on for steps of one length, at rho = 0
+   real(wp), parameter :: least_factor = 0.25_wp
 
 contains
 
@@ -86,13 +97,21 @@ contains
       eqs%nu = ratio*self%nu
    end subroutine history_predict
 
+   !> a'' from three accelerations, as it is along the constraints; has_bend tells whether there are so many
+   pure subroutine history_second_derivative(self, s)
+      class(history_type), intent(in) :: self
+      real(wp), intent(out) :: s(:)            !! [n]
+      s = self%a_bend/self%bend_factor
+   end subroutine history_second_derivative
+
    !> What the solved step leaves.  f + r at its end follows from (13e) itself.
-   pure subroutine history_take(self, past, state, a_alpha, ma_alpha, eqs)
+   pure subroutine history_take(self, past, state, a_alpha, ma_alpha, eqs, start_is_second)
       class(history_type), intent(inout) :: self
       type(history_type), intent(in) :: past             !! of the step before
       type(state_type), intent(in) :: state              !! begin of the step
       real(wp), intent(in) :: a_alpha(:), ma_alpha(:)    !! a_alpha and M_alpha a_alpha of the step
       type(soi2_equations), intent(in) :: eqs
+      logical, intent(in) :: start_is_second             !! a_alpha of a first step is on the line from a(t0) to a(t1)
       associate (c => eqs%coefficients)
          self%is_there = .true.
          self%h = eqs%h
@@ -109,9 +128,41 @@ contains
          self%a_slope = (self%a - self%a_used)/self%h
          self%lambda_slope = (eqs%lambda - state%lambda)/self%h
          self%psi_slope = (eqs%psi - state%psi)/self%h
+         call take_defects(self, past, c, start_is_second)
          call take_bends(self, past, c%alpha())
       end associate
    end subroutine history_take
+
+   !> kappa of both: a_alpha is on a straight line, by (14a) or by the start; a_{1+alpha} follows from (2c)
+   pure subroutine take_defects(self, past, c, start_is_second)
+      type(history_type), intent(inout) :: self
+      type(history_type), intent(in) :: past
+      type(alpha_coefficients), intent(in) :: c
+      logical, intent(in) :: start_is_second
+      real(wp) :: ratio, moved
+      associate (alpha => c%alpha(), used => self%kappa_used)
+         if (past%is_there) then
+            ratio = self%h/past%h
+            moved = alpha*(ratio - 1.0_wp)
+            used = (past%kappa + moved*(past%kappa - past%kappa_used) - 0.5_wp*moved*(moved + 1.0_wp))/ratio**2
+         else
+            used = merge(0.5_wp*alpha*(1.0_wp - alpha), 0.0_wp, start_is_second)
+         end if
+         self%kappa = (balance_defect(c) - c%alpha_m*used)/(1.0_wp - c%alpha_m)
+      end associate
+   end subroutine take_defects
+
+   !> What (2c) with a at t + alpha h lacks, in h^2 a'': kappa of steps of one length
+   pure real(wp) function balance_defect(c)
+      type(alpha_coefficients), intent(in) :: c
+      balance_defect = 0.5_wp*c%alpha()*(c%alpha_m + c%alpha_f - 1.0_wp)
+   end function balance_defect
+
+   !> What (13c) with a at t + alpha h makes wrong in z, in h^3 a'': 1/12 - alpha^2/2 at order 2
+   pure real(wp) function velocity_defect(c)
+      type(alpha_coefficients), intent(in) :: c
+      velocity_defect = 0.5_wp*c%alpha()**2 + c%gamma*(0.5_wp + c%alpha()) - 1.0_wp/6.0_wp
+   end function velocity_defect
 
    !> Second derivatives from the change of the slopes, between the middles of the two steps, and whether they would
    !> have predicted this step better
@@ -127,6 +178,8 @@ contains
       if (.not. self%has_bend) return
       apart = (0.5_wp + alpha)*self%h + (0.5_wp - alpha)*past%h
       self%a_bend = (self%a_slope - past%a_slope)/apart
+      self%bend_factor = max(least_factor, 1.0_wp + ((self%kappa - self%kappa_used)*self%h &
+         & - (past%kappa - past%kappa_used)*past%h)/apart)
       apart = 0.5_wp*(self%h + past%h)
       self%lambda_bend = (self%lambda_slope - past%lambda_slope)/apart
       self%psi_bend = (self%psi_slope - past%psi_slope)/apart

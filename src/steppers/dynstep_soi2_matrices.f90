@@ -36,6 +36,8 @@ module dynstep_soi2_matrices
       real(wp) :: regularization = 0.0_wp                !! of redundant constraints, see dynstep_consistent_start
       real(wp) :: made_b = 0.0_wp, made_c = 0.0_wp       !! b and c of the factors
       logical :: is_stiff = .false.                      !! Kq and Cv take part in S
+      logical, private :: has_mass_factors = .false.     ! saddle_m of the last `renew`
+      logical, private :: has_stiff_factors = .false.    ! saddle_s
       logical, private :: tangents_are_given = .false.   ! by the user, so that they cost little
       type(matrix_type), private :: k, c, s
       type(saddle_point_type), allocatable, private :: saddle_m, saddle_s
@@ -46,6 +48,9 @@ module dynstep_soi2_matrices
       procedure :: forget => matrices_forget
       procedure :: renew => matrices_renew
       procedure :: correct => matrices_correct
+      procedure :: prepare_projection => matrices_prepare_projection
+      procedure :: can_project => matrices_can_project
+      procedure :: project => matrices_project
       procedure :: reduce_multipliers => matrices_reduce_multipliers
       procedure :: archive => matrices_archive
    end type soi2_matrices
@@ -89,6 +94,8 @@ contains
       self%is_made = .false.
       self%knows_tangents = .false.
       self%regularization = 0.0_wp
+      self%has_mass_factors = .false.
+      self%has_stiff_factors = .false.
    end subroutine matrices_forget
 
    !> New factors at the point of the last evaluation
@@ -101,13 +108,17 @@ contains
 
       if (status%failed()) return
       self%is_made = .false.
+      self%has_mass_factors = .false.
+      self%has_stiff_factors = .false.
       call eqs%motion%differentiate_reaction(sys, eqs%t1, eqs%y1, eqs%z1, eqs%lambda, eqs%psi, status)
       call take_tangents(self, sys, eqs, count, status)
       if (status%failed()) return
       self%is_stiff = self%is_exact
       if (.not. self%is_exact) self%is_stiff = stiffness_ratio(self, eqs) > stiff_above
-      if (eqs%has_differences .or. .not. self%is_stiff .or. self%regularization > 0.0_wp) &
-         & call factorize(self, sys, eqs, eqs%m1, self%saddle_m, count, status)
+      if (eqs%has_differences .or. .not. self%is_stiff .or. self%regularization > 0.0_wp) then
+         call factorize(self, sys, eqs, eqs%m1, self%saddle_m, count, status)
+         self%has_mass_factors = .not. status%failed()
+      end if
       if (self%is_stiff .and. .not. status%failed()) then
          associate (ratio => multiplier_scale(eqs))
             call self%s%set_zero()
@@ -116,6 +127,7 @@ contains
             call self%c%add_to(ratio*eqs%c, self%s)
          end associate
          call factorize(self, sys, eqs, self%s, self%saddle_s, count, status)
+         self%has_stiff_factors = .not. status%failed()
       end if
       status%retry = status%failed()
       self%is_made = .not. status%failed()
@@ -313,6 +325,45 @@ contains
       end if
       count%solves = count%solves + 1
    end subroutine solve_with_s
+
+   !> Factors for `project`: those of the iteration, or where it had none, as with the whole Jacobian alone, new ones
+   recursive subroutine matrices_prepare_projection(self, sys, eqs, count, status)
+      class(soi2_matrices), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      type(soi2_equations), intent(inout) :: eqs
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      if (status%failed() .or. self%can_project()) return
+      call eqs%motion%differentiate_reaction(sys, eqs%t1, eqs%y1, eqs%z1, eqs%lambda, eqs%psi, status)
+      call factorize(self, sys, eqs, eqs%m1, self%saddle_m, count, status)
+      self%has_mass_factors = .not. status%failed()
+   end subroutine matrices_prepare_projection
+
+   !> There are factors for `project`
+   pure logical function matrices_can_project(self)
+      class(soi2_matrices), intent(in) :: self
+      matrices_can_project = self%has_mass_factors .or. self%has_stiff_factors
+   end function matrices_can_project
+
+   !> x without its part across the constraints, G x = 0 and K x = psi; M times that part is G^T lambda + K^T psi.  Where the
+   !> iteration has factors of S alone, S stands for M.
+   pure subroutine matrices_project(self, eqs, x, lambda, psi)
+      class(soi2_matrices), intent(inout) :: self
+      type(soi2_equations), intent(in) :: eqs
+      real(wp), intent(inout) :: x(:)           !! [n]
+      real(wp), intent(out) :: lambda(:)        !! [m]
+      real(wp), intent(inout) :: psi(:)         !! [p] K x that is wanted; the multipliers
+      lambda = 0.0_wp
+      self%x = 0.0_wp
+      if (self%has_mass_factors) then
+         call eqs%m1%multiply_add(1.0_wp, x, self%x)
+         call self%saddle_m%solve(self%x, lambda, psi)
+      else
+         call self%s%multiply_add(1.0_wp, x, self%x)
+         call self%saddle_s%solve(self%x, lambda, psi)
+      end if
+      x = self%x
+   end subroutine matrices_project
 
    !> Among the multipliers of redundant constraints that give the same reaction, those of least norm (each weighed by
    !> its row's G M^-1 G^T); twice, because the regularized matrix takes a part of 1e-8 of all away.  Without this, rounding

@@ -120,7 +120,7 @@ module dynstep_stepper
       integer, private :: seen_kind = 0       ! of that system, see kind_of
       type(structure_type), private :: structure   ! of that system
       type(state_type), private :: spare      ! second state of `advance`
-      real(wp), allocatable, private :: estimate(:)   ! of try_within [state_size]
+      real(wp), allocatable, private :: trial_error(:) ! of try_within [state_size]
       integer, private :: estimate_order = 0          ! error_order of the properties
       integer, private :: step_order = 0              ! order
    contains
@@ -493,8 +493,8 @@ contains
             & //'take a method that has one')
          return
       end if
-      if (allocated(self%estimate)) deallocate (self%estimate)
-      allocate (self%estimate(sys%state_size()), stat=stat)
+      if (allocated(self%trial_error)) deallocate (self%trial_error)
+      allocate (self%trial_error(sys%state_size()), stat=stat)
       if (stat /= 0) then
          call status%set(dynstep_no_memory, 'no memory for the estimate of '//text(sys%state_size())//' errors')
          return
@@ -515,14 +515,14 @@ contains
 
       call self%try_step(sys, state, h, t1, trial, status)
       if (status%failed()) return
-      call self%estimate_error(self%estimate)
+      call self%estimate_error(self%trial_error)
       verdict%error_order = self%estimate_order
       verdict%order = self%step_order
-      if (.not. (all(ieee_is_finite(self%estimate)) .and. all(ieee_is_finite(trial%y)))) then
+      if (.not. (all(ieee_is_finite(self%trial_error)) .and. all(ieee_is_finite(trial%y)))) then
          call status%set(dynstep_not_finite, 'the step from t = '//text(state%t)//' leaves the range of numbers', retry=.true.)
          return
       end if
-      verdict%error = norm%measure(self%estimate, state%y, trial%y)
+      verdict%error = norm%measure(self%trial_error, state%y, trial%y)
    end subroutine try_by_estimate
 
    !> `start` at a point inside a run, after a jump of the state, of parameters or of the right side.  The history is

@@ -19,6 +19,7 @@ program tester
    use test_events, only: collect_events
    use test_drivers, only: collect_drivers
    use test_endings, only: collect_endings
+   use test_estimates, only: collect_estimates
    use test_figures, only: collect_figures
    use test_ground_motion, only: collect_ground_motion
    use test_harness, only: collect_harness
@@ -65,6 +66,7 @@ program tester
       & new_testsuite('divided_steps', collect_divided_steps), &
       & new_testsuite('events', collect_events), &
       & new_testsuite('monitor', collect_monitor), &
+      & new_testsuite('estimates', collect_estimates), &
       & new_testsuite('matrix', collect_matrix), &
       & new_testsuite('linalg', collect_linalg), &
       & new_testsuite('singular', collect_singular), &
