@@ -36,6 +36,7 @@ program tester
    use test_newton, only: collect_newton
    use test_ordering, only: collect_ordering
    use test_pole_sweeps, only: collect_pole_sweeps
+   use test_pade_estimates, only: collect_pade_estimates
    use test_rank, only: collect_rank
    use test_rational, only: collect_rational
    use test_rational_steps, only: collect_rational_steps
@@ -67,6 +68,7 @@ program tester
       & new_testsuite('events', collect_events), &
       & new_testsuite('monitor', collect_monitor), &
       & new_testsuite('estimates', collect_estimates), &
+      & new_testsuite('pade_estimates', collect_pade_estimates), &
       & new_testsuite('matrix', collect_matrix), &
       & new_testsuite('linalg', collect_linalg), &
       & new_testsuite('singular', collect_singular), &

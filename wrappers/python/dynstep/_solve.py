@@ -27,15 +27,15 @@ def solve(system, t_span, q0, v0, method=None, *, h=None, tol=None, controller="
     method : Method or str, optional
         Such as ``Newmark()``, ``NewmarkExtrapolation(levels=4)``, ``SOI2(rho_inf=0.8)``, or a shorthand: see
         :func:`methods`.  Default: "newmark-extrapolation"; "soi2" for a system with constraints, "pade" for
-        one with feedback (with `tol` name "bi" there: Pade has no error estimate).
+        one with feedback.
     h : float
         Step length, of the sign of t_span[1] - t_span[0]; give it, or `tol`.  The steps lie at t_span[0] + k*h; the last
         one is shorter where the interval is no whole number of steps.
     tol : float, optional
         In place of h: steps follow the error estimate of the method.  A step may have the error tol*max(|y|, 1), |y| the
         largest of the coordinates and velocities; one with more is thrown away (``counts["rejections"]``) and a shorter
-        one tried.  Errors of steps add up, and the system may magnify them.  BI and extrapolations of two levels or more
-        have an estimate; with others this is a ValueError.
+        one tried.  Errors of steps add up, and the system may magnify them.  BI, Pade, SOI2, generalized-alpha and
+        extrapolations of two levels or more have an estimate; with others this is a ValueError.
     controller : "standard" or "pi"
         With `tol`: how the next step follows from the error, Xie 1995, eqs. (3.15) and (3.16).  Where the solution is
         smooth, the estimate settles near 0.4 of what is allowed, with "pi" near 0.04: more steps, smaller errors.
