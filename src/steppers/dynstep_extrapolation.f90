@@ -15,6 +15,9 @@
 !>     stepper%sequence = sequence_romberg             ! default: harmonic, 1, 2, 3, ...
 !>     call stepper%get_tableau(table, numbers)        ! after a step: Table [1] of the paper
 !>
+!>     stepper%vary_order = .true.                     ! runs under error control choose the levels step by step
+!>     stepper%max_levels = 9                          ! at most
+!>
 !>   `init` reads all of these; after a change it is called again.  Each level owns a copy of
 !>   the base, so a linear system is factorized once for each level.  What is extrapolated are
 !>   the increments over the base step.
@@ -22,17 +25,26 @@
 !>   The harmonic sequence is the default: 1, 2, 3, 4 has order 8 with 10 substeps, Romberg's
 !>   numbers with 15.  An extrapolated trapezoid is not unconditionally stable; see
 !>   docs/theory/newmark-extrapolation.md for the limits.
+!>
+!>   With vary_order a trial under control, `try_within`, makes row after row until the error is small enough, see
+!>   DYNSTEP_ORDER_CONTROL; `try_step` makes as many as the last of these trials had.  A run of fixed steps has `levels`.
 module dynstep_extrapolation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: acceleration_solver
    use dynstep_extrapolation_stability, only: safe_step, stability_limit
    use dynstep_archive, only: archive_type
+   use dynstep_error_norm, only: error_norm_type
    use dynstep_kinds, only: long, wp
+   use dynstep_matrix, only: kind_banded, kind_dense
+   use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
-   use dynstep_sequences, only: extrapolation_weights, sequence_harmonic, substep_numbers
+   use dynstep_order_control, only: order_control, tolerance_of
+   use dynstep_sequences, only: extrapolation_weights, most_levels, sequence_automatic, sequence_double_harmonic, &
+      & sequence_harmonic, substep_numbers
    use dynstep_start_check, only: check_size, check_start
    use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, dynstep_not_finite, status_type
-   use dynstep_stepper, only: allocate_state, clock_type, method_properties, state_type, step_counters, stepper_type
+   use dynstep_stepper, only: allocate_state, clock_type, method_properties, prepare_estimate, state_type, step_counters, &
+      & stepper_type, try_by_estimate, verdict_type
    use dynstep_text, only: text
    implicit none
    private
@@ -46,10 +58,13 @@ module dynstep_extrapolation
       integer :: sequence = sequence_harmonic     !! see dynstep_sequences
       integer :: levels = 4                       !! P, 1 .. 12; the order is 2 P
       integer, allocatable :: custom(:)           !! numbers of sequence_custom
+      logical :: vary_order = .false.             !! levels chosen by the error, in runs under control
+      integer :: max_levels = 9                   !! of these, 2 .. 12; memory and work of `init` are for all of them
       integer, private :: base_order = 2                ! r: the errors of the base have h^r, h^(r+2), ...
-      integer, allocatable, private :: numbers(:)       ! substeps of each level [levels]
-      real(wp), allocatable, private :: weights(:)      ! of the result [levels]
-      real(wp), allocatable, private :: weights_error(:)! of result - T(P, P-1) [levels]
+      integer, private :: used = 0                      ! levels of the last trial, and of the next fixed one
+      integer, allocatable, private :: numbers(:)       ! substeps of each level [made]
+      real(wp), allocatable, private :: weights(:, :)   ! (:k, k) of the result of k levels [made, made]
+      real(wp), allocatable, private :: weights_error(:, :)   ! of that result - T(k, k-1) [made, made]
       real(wp), allocatable, private :: increments(:, :)! first column of the table, minus y0
       real(wp), allocatable, private :: y0(:)           ! start of the last trial
       type(level_type), allocatable, private :: level(:)
@@ -57,6 +72,11 @@ module dynstep_extrapolation
       type(acceleration_solver), private :: end_solver
       type(step_counters), private :: own               ! work outside the levels
       logical, private :: base_reads_a = .true.
+      logical, private :: is_controlled = .false.       ! prepare_control was called after the last init
+      logical, private :: is_tight = .false.            ! and its tolerance is below tight_below
+      type(order_control), private :: control           ! of vary_order
+      real(wp), allocatable, private :: error(:)        ! estimate of a column
+      real(wp), private :: factorization_work = 1.0_wp  ! of one factorization, in forces
    contains
       procedure :: properties => extrapolation_properties
       procedure :: init => extrapolation_init
@@ -68,9 +88,15 @@ module dynstep_extrapolation
       procedure :: needs_acceleration => extrapolation_needs_acceleration
       procedure :: stable_limit => extrapolation_stable_limit
       procedure :: column_growth => extrapolation_column_growth
+      procedure :: prepare_control => extrapolation_prepare_control
+      procedure :: try_within => extrapolation_try_within
+      procedure :: carry => extrapolation_carry
       procedure :: get_tableau => extrapolation_get_tableau
       procedure :: archive_parts => extrapolation_archive_parts
    end type extrapolation_stepper
+
+   !> Rounding errors grow less with the rows 2, 4, 6, ... than with 1, 2, 3, ..., which lose a digit at such tolerances
+   real(wp), parameter :: tight_below = 1.0e-10_wp
 
 contains
 
@@ -79,7 +105,10 @@ contains
       type(method_properties) :: facts
       integer, allocatable :: numbers(:)
       type(status_type) :: status
+      integer :: levels
 
+      levels = self%levels
+      if (self%is_controlled .and. self%vary_order) levels = self%used
       facts%source = 'Austin 1991, sections 4 and 6, eq. (19)'
       facts%name = 'extrapolation'
       if (allocated(self%base)) then
@@ -87,14 +116,14 @@ contains
          facts%source = 'Austin 1991, sections 4 and 6, eq. (19)'
          facts%name = trim(facts%name)//'-extrapolation'
       end if
-      call substep_numbers(self%sequence, self%levels, self%custom, numbers, status)
+      call substep_numbers(self%sequence, levels, self%custom, numbers, status)
       if (status%failed()) return
-      facts%order = max(2, facts%order) + 2*(self%levels - 1)
+      facts%order = max(2, facts%order) + 2*(levels - 1)
       facts%acceleration_order = facts%order
-      facts%error_order = merge(facts%order - 2, 0, self%levels > 1)
+      facts%error_order = merge(facts%order - 2, 0, levels > 1)
       facts%stages = sum(numbers)*facts%stages
       facts%symmetric = .false.
-      if (self%levels > 1) then
+      if (levels > 1) then
          facts%stability_limit = -1.0_wp
          facts%newmark_beta = -1.0_wp
       end if
@@ -104,33 +133,17 @@ contains
       class(extrapolation_stepper), intent(inout) :: self
       class(ode_system), intent(inout) :: sys
       type(status_type), intent(inout) :: status
-      integer :: j, stat
+      integer, allocatable :: numbers(:)
 
       if (status%failed()) return
       call self%note_init()
+      self%is_controlled = .false.
       call check_size(sys, status)
       call check_base(self, status)
-      call substep_numbers(self%sequence, self%levels, self%custom, self%numbers, status)
+      call substep_numbers(self%sequence, self%levels, self%custom, numbers, status)
       if (status%failed()) return
       self%base_order = order_of_base(self)
-      self%weights = extrapolation_weights(self%numbers, self%base_order)
-      self%weights_error = self%weights
-      if (self%levels > 1) &
-         & self%weights_error(2:) = self%weights(2:) - extrapolation_weights(self%numbers(2:), self%base_order)
-      if (allocated(self%level)) deallocate (self%level, self%increments, self%y0)
-      allocate (self%level(self%levels), self%increments(sys%state_size(), self%levels), &
-         & self%y0(sys%state_size()), stat=stat)
-      if (stat /= 0) then
-         call status%set(dynstep_no_memory, 'no memory for '//text(self%levels)//' levels of ' &
-            & //text(sys%state_size())//' numbers')
-         return
-      end if
-      self%increments = 0.0_wp
-      self%y0 = 0.0_wp
-      do j = 1, self%levels
-         allocate (self%level(j)%stepper, source=self%base)
-         call self%level(j)%stepper%init(sys, status)
-      end do
+      call make_levels(self, sys, numbers, status)
       call allocate_state(sys, self%work, status)
       call allocate_state(sys, self%other, status)
       call self%end_solver%init(sys, status)
@@ -138,6 +151,41 @@ contains
       self%base_reads_a = self%level(1)%stepper%needs_acceleration()
       call self%note_init(sys)
    end subroutine extrapolation_init
+
+   !> A copy of the base for each row, and the weights of all numbers of levels
+   recursive subroutine make_levels(self, sys, numbers, status)
+      class(extrapolation_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      integer, intent(in) :: numbers(:)
+      type(status_type), intent(inout) :: status
+      integer :: j, k, stat
+
+      if (status%failed()) return
+      if (allocated(self%level)) deallocate (self%level, self%increments, self%y0, self%error, self%weights, self%weights_error)
+      self%numbers = numbers
+      self%used = size(numbers)
+      associate (levels => size(numbers), n => sys%state_size())
+         allocate (self%level(levels), self%increments(n, levels), self%y0(n), self%error(n), self%weights(levels, levels), &
+            & self%weights_error(levels, levels), stat=stat)
+         if (stat /= 0) then
+            call status%set(dynstep_no_memory, 'no memory for '//text(levels)//' levels of '//text(n)//' numbers')
+            return
+         end if
+      end associate
+      self%increments = 0.0_wp
+      self%y0 = 0.0_wp
+      self%weights = 0.0_wp
+      self%weights_error = 0.0_wp
+      do k = 1, size(numbers)
+         self%weights(:k, k) = extrapolation_weights(numbers(:k), self%base_order)
+         self%weights_error(:k, k) = self%weights(:k, k)
+         if (k > 1) self%weights_error(2:k, k) = self%weights(2:k, k) - extrapolation_weights(numbers(2:k), self%base_order)
+      end do
+      do j = 1, size(numbers)
+         allocate (self%level(j)%stepper, source=self%base)
+         call self%level(j)%stepper%init(sys, status)
+      end do
+   end subroutine make_levels
 
    !> Of the leading term of its error
    recursive integer function order_of_base(self)
@@ -168,6 +216,7 @@ contains
       call self%count%zero()
       call self%own%zero()
       call self%end_solver%forget()
+      call self%control%begin()
       if (.not. allocated(self%level)) return
       do j = 1, size(self%level)
          call self%level(j)%stepper%reset()
@@ -189,20 +238,142 @@ contains
       self%is_started = .not. status%failed()
    end subroutine extrapolation_start
 
+   !> Substeps of the rows by the present settings
+   recursive subroutine choose_numbers(self, numbers, status)
+      class(extrapolation_stepper), intent(in) :: self
+      integer, allocatable, intent(out) :: numbers(:)
+      type(status_type), intent(inout) :: status
+      integer :: sequence
+      sequence = self%sequence
+      if (sequence == sequence_automatic) sequence = merge(sequence_double_harmonic, sequence_harmonic, self%is_controlled &
+         & .and. self%is_tight)
+      call substep_numbers(sequence, merge(self%max_levels, self%levels, self%is_controlled .and. self%vary_order), &
+         & self%custom, numbers, status)
+   end subroutine choose_numbers
+
    !> Levels, sequence and custom numbers are those that the workspace was made for
    recursive subroutine check_numbers(self, status)
       class(extrapolation_stepper), intent(in) :: self
       type(status_type), intent(inout) :: status
       integer, allocatable :: numbers(:)
-      call substep_numbers(self%sequence, self%levels, self%custom, numbers, status)
+      call choose_numbers(self, numbers, status)
       if (status%failed()) return
       if (size(numbers) /= size(self%numbers)) then
-         call status%set(dynstep_invalid_input, 'levels = '//text(self%levels)//' were '//text(size(self%numbers)) &
+         call status%set(dynstep_invalid_input, 'levels = '//text(size(numbers))//' were '//text(size(self%numbers)) &
             & //' at init; call init after a change')
       else if (any(numbers /= self%numbers)) then
          call status%set(dynstep_invalid_input, 'sequence or custom are others than at init; call init after a change')
       end if
    end subroutine check_numbers
+
+   !> Numbers of substeps that suit the tolerance; with vary_order all of the levels
+   recursive subroutine extrapolation_prepare_control(self, sys, norm, status)
+      class(extrapolation_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(error_norm_type), intent(in) :: norm
+      type(status_type), intent(inout) :: status
+      integer, allocatable :: numbers(:)
+
+      if (status%failed()) return
+      if (.not. self%fits(sys)) then
+         call status%set(dynstep_invalid_input, 'call init with this system before prepare_control')
+         return
+      end if
+      call norm%check(sys%state_size(), status)
+      if (self%vary_order .and. (self%max_levels < 2 .or. self%max_levels > most_levels)) &
+         & call status%set(dynstep_invalid_input, 'max_levels = '//text(self%max_levels)//' must be 2 to '//text(most_levels))
+      if (status%failed()) return
+      self%is_controlled = .true.
+      self%is_started = .false.
+      self%is_tight = tolerance_of(norm) < tight_below
+      call choose_numbers(self, numbers, status)
+      call make_levels(self, sys, numbers, status)
+      if (status%failed()) return
+      if (.not. self%vary_order) then
+         call prepare_estimate(self, sys, norm, status)
+         return
+      end if
+      call self%control%prepare(numbers, self%weights, self%base_order, norm)
+      self%used = self%control%target
+      self%factorization_work = work_of_factorization(sys)
+   end subroutine extrapolation_prepare_control
+
+   !> A factorization of the matrix of a step beside a solve with it, which counts as one
+   pure real(wp) function work_of_factorization(sys) result(work)
+      class(ode_system), intent(in) :: sys
+      integer :: kind, width
+      kind = sys%jacobian_kind
+      width = sys%jacobian_kl + sys%jacobian_ku
+      select type (sys)
+      class is (mechanical_system)
+         kind = max(sys%structure%mass, sys%structure%tangent)
+         width = max(sys%structure%mass_kl + sys%structure%mass_ku, sys%structure%kl + sys%structure%ku)
+      end select
+      work = 1.0_wp
+      if (kind == kind_banded) work = 1.0_wp + 0.5_wp*real(width, wp)
+      if (kind == kind_dense) work = 1.0_wp + real(sys%n, wp)/3.0_wp
+   end function work_of_factorization
+
+   !> Row after row until an entry of the diagonal is good enough, or is not likely to become so.  In the latter case
+   !> `trial` is no more than begun, and its acceleration is not that of its end.
+   recursive subroutine extrapolation_try_within(self, sys, state, h, t1, norm, trial, verdict, status)
+      class(extrapolation_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h, t1
+      type(error_norm_type), intent(in) :: norm
+      type(state_type), intent(inout) :: trial
+      type(verdict_type), intent(out) :: verdict
+      type(status_type), intent(inout) :: status
+      integer :: k
+      real(wp) :: before
+
+      if (status%failed()) return
+      if (.not. (self%vary_order .and. self%is_controlled)) then
+         call try_by_estimate(self, sys, state, h, t1, norm, trial, verdict, status)
+         return
+      end if
+      call self%control%open_trial(state%t, h, norm%rounding(state%y), status)
+      if (status%failed()) return
+      self%y0 = state%y
+      do k = 1, self%control%last
+         before = work_of(self, k)
+         call make_row(self, sys, state, h, k, status)
+         if (status%failed()) exit
+         self%control%work(k) = work_of(self, k) - before
+         if (k == 1) self%control%work(k) = self%control%work(k) + 1.0_wp    ! the acceleration at the end
+         if (k == 1) cycle
+         self%used = k
+         call take_result(self, state, h, t1, trial, status)
+         if (status%failed()) exit
+         call self%estimate_error(self%error)
+         self%control%error(k) = norm%measure(self%error, state%y, trial%y)
+         if (self%control%is_good(k) .or. self%control%is_hopeless(k)) exit
+      end do
+      if (.not. status%failed()) then
+         verdict%error = self%control%error(k)
+         verdict%order = self%control%order_of(k)
+         verdict%error_order = verdict%order - 2
+         verdict%is_converged = verdict%error <= 1.0_wp
+         if (verdict%is_converged) call self%end_solver%complete(sys, trial, self%own, status)
+      end if
+      call gather_counts(self)
+      if (status%failed()) then
+         call self%control%give_up()
+         return
+      end if
+      call self%control%close_trial(k, verdict%h_next, status)
+      verdict%h_next = sign(verdict%h_next, h)
+   end subroutine extrapolation_try_within
+
+   !> Work of a row up to now: forces, solves with each of them, tangents, factorizations
+   pure real(wp) function work_of(self, j)
+      class(extrapolation_stepper), intent(in) :: self
+      integer, intent(in) :: j
+      associate (c => self%level(j)%stepper%count)
+         work_of = real(c%forces + c%solves + c%tangents, wp) + self%factorization_work*real(c%factorizations, wp)
+      end associate
+   end function work_of
 
    recursive subroutine extrapolation_try_step(self, sys, state, h, t1, trial, status)
       class(extrapolation_stepper), intent(inout) :: self
@@ -258,29 +429,50 @@ contains
       logical, intent(in) :: complete                !! trial%a is wanted
       type(state_type), intent(inout) :: trial
       type(status_type), intent(inout) :: status
-      type(clock_type) :: clock
       integer :: j
 
       if (status%failed()) return
-      do j = 1, self%levels
-         self%work%t = state%t
-         self%work%y = state%y
-         if (self%base_reads_a) self%work%a = state%a
-         clock = clock_type(t0=state%t, h=h/self%numbers(j), k=0)
-         call self%level(j)%stepper%advance(sys, self%work, clock, self%numbers(j), status, complete=.false.)
+      do j = 1, self%used
+         call make_row(self, sys, state, h, j, status)
          if (status%failed()) return
-         self%increments(:, j) = self%work%y - state%y
       end do
       self%y0 = state%y
-      call extrapolate(size(state%y), self%levels, self%weights, self%increments, state%y, trial%y)
-      trial%t = t1
-      if (.not. all(ieee_is_finite(trial%y))) then
-         call status%set(dynstep_not_finite, 'the step from t = '//text(state%t)//' leaves the range of numbers; the motion ' &
-            & //'grows, or h = '//text(h)//' is beyond the stability limit of the method', retry=.true.)
-         return
-      end if
+      call take_result(self, state, h, t1, trial, status)
       if (complete) call self%end_solver%complete(sys, trial, self%own, status)
    end subroutine base_step
+
+   !> Row j of the first column: the base step in numbers(j) substeps
+   recursive subroutine make_row(self, sys, state, h, j, status)
+      class(extrapolation_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h
+      integer, intent(in) :: j
+      type(status_type), intent(inout) :: status
+      type(clock_type) :: clock
+      self%work%t = state%t
+      self%work%y = state%y
+      if (self%base_reads_a) self%work%a = state%a
+      clock = clock_type(t0=state%t, h=h/self%numbers(j), k=0)
+      call self%level(j)%stepper%advance(sys, self%work, clock, self%numbers(j), status, complete=.false.)
+      if (.not. status%failed()) self%increments(:, j) = self%work%y - state%y
+   end subroutine make_row
+
+   !> T(P,P) of the rows that are in use
+   recursive subroutine take_result(self, state, h, t1, trial, status)
+      class(extrapolation_stepper), intent(inout) :: self
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: h, t1
+      type(state_type), intent(inout) :: trial
+      type(status_type), intent(inout) :: status
+      associate (k => self%used)
+         call extrapolate(size(state%y), k, self%weights(:k, k), self%increments(:, :k), state%y, trial%y)
+      end associate
+      trial%t = t1
+      if (.not. all(ieee_is_finite(trial%y))) &
+         & call status%set(dynstep_not_finite, 'the step from t = '//text(state%t)//' leaves the range of numbers; the motion ' &
+         & //'grows, or h = '//text(h)//' is beyond the stability limit of the method', retry=.true.)
+   end subroutine take_result
 
    !> y1 = y0 + T(P) + sum of w(j) (T(j) - T(P)): the weights add up to 1, and differences
    !> of the columns are small where the table converges
@@ -313,7 +505,7 @@ contains
          c%solves = self%own%solves
          c%newton_iterations = self%own%newton_iterations
          c%halvings = self%own%halvings
-         c%substeps = 0
+         c%substeps = self%own%substeps
          do j = 1, size(self%level)
             call c%add(self%level(j)%stepper%count)
             c%substeps = c%substeps + self%level(j)%stepper%count%steps
@@ -322,16 +514,28 @@ contains
       end associate
    end subroutine gather_counts
 
+   !> count = count + before: `own` takes up what the sums above are made of
+   recursive subroutine extrapolation_carry(self, before)
+      class(extrapolation_stepper), intent(inout) :: self
+      type(step_counters), intent(in) :: before
+      call self%own%add(before)
+      self%own%substeps = self%own%substeps + before%substeps
+      self%count%steps = self%count%steps + before%steps
+      self%count%rejections = self%count%rejections + before%rejections
+      call gather_counts(self)
+   end subroutine extrapolation_carry
+
    !> T(P,P) - T(P,P-1), the error of the second best entry of the table
    recursive subroutine extrapolation_estimate_error(self, error)
       class(extrapolation_stepper), intent(in) :: self
       real(wp), intent(out) :: error(:)      !! [state_size]
       integer :: j
       error = 0.0_wp
-      if (self%levels == 1) return
-      do j = 1, self%levels - 1
-         error = error + self%weights_error(j)*(self%increments(:, j) - self%increments(:, self%levels))
-      end do
+      associate (k => self%used)
+         do j = 1, k - 1
+            error = error + self%weights_error(j, k)*(self%increments(:, j) - self%increments(:, k))
+         end do
+      end associate
    end subroutine extrapolation_estimate_error
 
    pure logical function extrapolation_needs_acceleration(self)
@@ -379,15 +583,16 @@ contains
       class(extrapolation_stepper), intent(in) :: self
       real(wp), allocatable, intent(out) :: table(:, :, :)     !! [state_size, levels, levels]
       integer, allocatable, intent(out) :: numbers(:)          !! substeps of the rows [levels]
-      integer :: i, j, k
+      integer :: i, j, k, levels
 
-      allocate (table(size(self%y0), self%levels, self%levels), source=0.0_wp)
-      numbers = self%numbers
+      levels = self%used
+      allocate (table(size(self%y0), levels, levels), source=0.0_wp)
+      numbers = self%numbers(:levels)
       if (self%base_order == 2) then
-         call neville(numbers, self%increments, table)
+         call neville(numbers, self%increments(:, :levels), table)
       else
-         do k = 1, self%levels
-            do j = k, self%levels
+         do k = 1, levels
+            do j = k, levels
                associate (w => extrapolation_weights(numbers(j - k + 1:j), self%base_order))
                   do i = 1, k
                      table(:, j, k) = table(:, j, k) + w(i)*self%increments(:, j - k + i)
@@ -396,8 +601,8 @@ contains
             end do
          end do
       end if
-      do k = 1, self%levels
-         do j = k, self%levels
+      do k = 1, levels
+         do j = k, levels
             table(:, j, k) = self%y0 + table(:, j, k)
          end do
       end do

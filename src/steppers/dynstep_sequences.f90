@@ -14,6 +14,7 @@ module dynstep_sequences
    integer, parameter, public :: sequence_harmonic = 3          !! 1, 2, 3, 4, ...
    integer, parameter, public :: sequence_double_harmonic = 4   !! 2, 4, 6, 8, ...
    integer, parameter, public :: sequence_custom = 5            !! the user's own
+   integer, parameter, public :: sequence_automatic = 6         !! harmonic; double harmonic under a tight tolerance
    integer, parameter, public :: most_levels = 12
 
    !> Largest number of substeps: squares and their differences stay exact in an integer
@@ -45,7 +46,7 @@ contains
             numbers(j) = merge(3*2**(j/2 - 1), 2**((j + 1)/2), mod(j, 2) == 0)
          end do
          numbers(:min(2, levels)) = [(j, j=1, min(2, levels))]
-      case (sequence_harmonic)
+      case (sequence_harmonic, sequence_automatic)
          numbers = [(j, j=1, levels)]
       case (sequence_double_harmonic)
          numbers = [(2*j, j=1, levels)]
@@ -53,7 +54,7 @@ contains
          call take_custom(levels, custom, numbers, status)
       case default
          call status%set(dynstep_invalid_input, 'sequence = '//text(sequence)//' is not one of romberg (1), ' &
-            & //'bulirsch (2), harmonic (3), double harmonic (4), custom (5)')
+            & //'bulirsch (2), harmonic (3), double harmonic (4), custom (5), automatic (6)')
       end select
    end subroutine substep_numbers
 
@@ -118,6 +119,7 @@ contains
       case (sequence_harmonic); name = 'harmonic'
       case (sequence_double_harmonic); name = 'double-harmonic'
       case (sequence_custom); name = 'custom'
+      case (sequence_automatic); name = 'automatic'
       case default; name = 'unknown'
       end select
    end function sequence_name

@@ -34,7 +34,8 @@ module dynstep_stepper
    implicit none
    private
 
-   public :: advance_by_trials, allocate_state, has_shape, hermite_point, multiplier_counts, prepare_estimate, swap_states
+   public :: advance_by_trials, allocate_state, has_shape, hermite_point, multiplier_counts, swap_states
+   public :: prepare_estimate, try_by_estimate
 
    !> A point of the trajectory
    type, public :: state_type
