@@ -15,10 +15,13 @@
 !>
 !> The iteration ends when the next correction would be lost in the rounding of q and v, each
 !> component by itself, or when r is nothing but rounding errors; extrapolation rests on that
-!> (a loose stop turns an extrapolated error of 7e-10 into 2e-5 on the two-body problem).
+!> (a loose stop turns an extrapolated error of 7e-10 into 2e-5 on the two-body problem).  Where the steps are chosen
+!> by their error, `aim_at` tells how small the error of the solution has to be in the norm of the run, and the
+!> iteration ends where it is.
 module dynstep_equilibrium
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_archive, only: archive_type
+   use dynstep_error_norm, only: error_norm_type
    use dynstep_iteration_matrix, only: iteration_matrix
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
@@ -63,6 +66,11 @@ module dynstep_equilibrium
    !> new matrix, is taken for that.
    real(wp), parameter :: stagnated_below = 1.0e5_wp*epsilon(1.0_wp)
 
+   !> Iterations to an error that is allowed: how many, the rate from which on they are left to the other ones, and by
+   !> what the rate may be larger than that of the substep before
+   integer, parameter :: most_approaches = 8
+   real(wp), parameter :: diverging = 0.5_wp, doubt = 1.5_wp
+
    character(len=*), parameter :: advice = &
       & '; reduce h, or raise the tolerance of Newton''s iteration where the force is less accurate'
 
@@ -72,10 +80,19 @@ module dynstep_equilibrium
       logical, private :: is_fresh = .false.     ! the matrix was made at the present iterate
       logical, private :: is_renewed = .false.   ! it was made near the solution of this step
       real(wp), allocatable, private :: r(:), d(:), r0(:), q0(:), v0(:), a0(:)
+      real(wp) :: allowed = 0.0_wp               !! error of the solution in `norm`; 0: to rounding
+      type(error_norm_type), private :: norm
+      real(wp), allocatable, private :: y(:), e(:)     ! [q; v] and its correction
+      logical, private :: has_followed = .false. ! `slope` is that of another row of this base step
+      real(wp), private :: slope = -1.0_wp       ! rate of convergence by the age of the matrix; < 0: not known
    contains
       procedure :: init => equilibrium_init
       procedure :: solve => equilibrium_solve
       procedure :: archive => equilibrium_archive
+      procedure :: aim_at => equilibrium_aim_at
+      procedure :: begin_row => equilibrium_begin_row
+      procedure :: follow => equilibrium_follow
+      procedure :: unknowns => equilibrium_unknowns
    end type equilibrium_solver
 
 contains
@@ -100,12 +117,116 @@ contains
       if (status%failed()) return
       call self%options%check(status)
       if (status%failed()) return
+      self%allowed = 0.0_wp
       call self%matrix%init(sys, status)
       if (allocated(self%r)) deallocate (self%r, self%d, self%r0, self%q0, self%v0, self%a0)
       associate (n => sys%n)
          allocate (self%r(n), self%d(n), self%r0(n), self%q0(n), self%v0(n), self%a0(n))
       end associate
    end subroutine equilibrium_init
+
+   !> Let an error of the solution be, as large as `allowed` in the norm
+   pure subroutine equilibrium_aim_at(self, norm, allowed)
+      class(equilibrium_solver), intent(inout) :: self
+      type(error_norm_type), intent(in) :: norm
+      real(wp), intent(in) :: allowed
+      self%norm = norm
+      self%allowed = allowed
+      if (allocated(self%y)) deallocate (self%y, self%e)
+      allocate (self%y(2*size(self%r)), self%e(2*size(self%r)))
+   end subroutine equilibrium_aim_at
+
+   !> n
+   pure integer function equilibrium_unknowns(self)
+      class(equilibrium_solver), intent(in) :: self
+      equilibrium_unknowns = size(self%r)
+   end function equilibrium_unknowns
+
+   !> A row of substeps begins.  With an error allowed, nothing is taken over but what `follow` gave: the bits of a base
+   !> step are then those of its state and length alone.
+   pure subroutine equilibrium_begin_row(self)
+      class(equilibrium_solver), intent(inout) :: self
+      if (.not. self%allowed > 0.0_wp) return
+      call self%matrix%drop()
+      if (.not. self%has_followed) self%slope = -1.0_wp
+      self%has_followed = .false.
+   end subroutine equilibrium_begin_row
+
+   !> What another row of the same base step found of the convergence
+   pure subroutine equilibrium_follow(self, other)
+      class(equilibrium_solver), intent(inout) :: self
+      class(equilibrium_solver), intent(in) :: other
+      self%slope = other%slope
+      self%has_followed = .true.
+   end subroutine equilibrium_follow
+
+   !> The iteration of `solve` to the error that is allowed.  How fast it converges is known from the substeps before:
+   !> the rate grows with the age of the matrix.  Where it does not converge well, the rest is left to `solve`.
+   recursive subroutine approach(self, sys, t, q, v, a, is_done, count, status)
+      class(equilibrium_solver), intent(inout) :: self
+      class(mechanical_system), intent(inout) :: sys
+      real(wp), intent(in) :: t
+      real(wp), intent(inout) :: q(sys%n), v(sys%n), a(sys%n)
+      logical, intent(out) :: is_done
+      type(step_counters), intent(inout) :: count
+      type(status_type), intent(inout) :: status
+      real(wp) :: length, previous, rate, age, off, h
+      integer :: iteration
+
+      is_done = .false.
+      previous = 0.0_wp
+      h = abs(self%matrix%c_v)
+      age = max(abs(t - self%matrix%t_made), h)
+      do iteration = 1, most_approaches
+         call self%matrix%residual(sys, t, q, v, a, self%r, count, status)
+         if (status%failed()) return
+         self%d = self%r
+         call self%matrix%solve(self%d, count)
+         count%newton_iterations = count%newton_iterations + 1
+         call measure_correction(self, q, v, length)
+         if (.not. ieee_is_finite(length)) return
+         if (iteration > 1) then
+            rate = length/previous
+            if (rate > diverging .and. length > self%allowed) return
+            self%slope = max(rate/off, 0.5_wp*self%slope)
+         end if
+         if (self%slope*age > renew_above .and. .not. self%matrix%is_constant) then
+            call self%matrix%renew(sys, t, q, v, a, count, status)
+            if (status%failed()) return
+            age = 0.0_wp
+            self%d = self%r
+            call self%matrix%solve(self%d, count)
+            call measure_correction(self, q, v, length)
+         end if
+         call take(self, 1.0_wp, q, v, a)
+         off = age + h*change(self%d, a)
+         rate = diverging
+         if (self%slope >= 0.0_wp) rate = min(diverging, doubt*self%slope*off)
+         is_done = rate*length <= (1.0_wp - rate)*self%allowed
+         if (is_done) exit
+         previous = length
+      end do
+   end subroutine approach
+
+   !> Size of a correction beside the acceleration: by that part of a step is the iterate off the motion
+   pure real(wp) function change(d, a)
+      real(wp), intent(in) :: d(:), a(:)
+      change = maxval(abs(d))/max(maxval(abs(a)), maxval(abs(d)), tiny(1.0_wp))
+   end function change
+
+   !> The correction in the norm of the run
+   pure subroutine measure_correction(self, q, v, length)
+      class(equilibrium_solver), intent(inout) :: self
+      real(wp), intent(in) :: q(:), v(:)
+      real(wp), intent(out) :: length
+      associate (n => size(q))
+         self%y(1:n) = q
+         self%y(n + 1:) = v
+         self%e(1:n) = self%matrix%c_q*self%d
+         self%e(n + 1:) = self%matrix%c_v*self%d
+      end associate
+      length = self%norm%measure(self%e, self%y, self%y)
+   end subroutine measure_correction
 
    !> From the predictor in q, v, a to the equilibrium, in place; the matrix is prepared
    recursive subroutine equilibrium_solve(self, sys, t, q, v, a, count, status)
@@ -123,6 +244,10 @@ contains
       self%is_renewed = .false.
       is_measured = .false.
       previous = 0.0_wp
+      if (self%allowed > 0.0_wp .and. .not. self%matrix%is_exact) then
+         call approach(self, sys, t, q, v, a, is_measured, count, status)
+         if (status%failed() .or. is_measured) return
+      end if
       call self%matrix%residual(sys, t, q, v, a, self%r, count, status)
       do iteration = 1, self%options%limit
          if (status%failed()) return

@@ -96,7 +96,10 @@ module dynstep_extrapolation
    end type extrapolation_stepper
 
    !> Rounding errors grow less with the rows 2, 4, 6, ... than with 1, 2, 3, ..., which lose a digit at such tolerances
-   real(wp), parameter :: tight_below = 1.0e-10_wp
+   real(wp), parameter :: tight_below = 1.0e-13_wp
+
+   !> Part of the tolerance that the iterations of all substeps of one row may leave
+   real(wp), parameter :: iteration_share = 0.001_wp
 
 contains
 
@@ -289,6 +292,7 @@ contains
       call choose_numbers(self, numbers, status)
       call make_levels(self, sys, numbers, status)
       if (status%failed()) return
+      call aim_rows(self, norm)
       if (.not. self%vary_order) then
          call prepare_estimate(self, sys, norm, status)
          return
@@ -297,6 +301,17 @@ contains
       self%used = self%control%target
       self%factorization_work = work_of_factorization(sys)
    end subroutine extrapolation_prepare_control
+
+   !> The errors that the substeps of a row may leave add up, and are weighted in the results
+   recursive subroutine aim_rows(self, norm)
+      class(extrapolation_stepper), intent(inout) :: self
+      type(error_norm_type), intent(in) :: norm
+      integer :: j
+      do j = 1, size(self%level)
+         call self%level(j)%stepper%aim(norm, &
+            & iteration_share/(real(self%numbers(j), wp)*maxval(abs(self%weights(j, j:)))), self%numbers(j))
+      end do
+   end subroutine aim_rows
 
    !> A factorization of the matrix of a step beside a solve with it, which counts as one
    pure real(wp) function work_of_factorization(sys) result(work)
@@ -454,6 +469,7 @@ contains
       self%work%y = state%y
       if (self%base_reads_a) self%work%a = state%a
       clock = clock_type(t0=state%t, h=h/self%numbers(j), k=0)
+      if (self%is_controlled .and. j > 1) call self%level(j)%stepper%follow(self%level(j - 1)%stepper)
       call self%level(j)%stepper%advance(sys, self%work, clock, self%numbers(j), status, complete=.false.)
       if (.not. status%failed()) self%increments(:, j) = self%work%y - state%y
    end subroutine make_row

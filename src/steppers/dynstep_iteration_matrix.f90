@@ -29,6 +29,7 @@ module dynstep_iteration_matrix
       logical :: is_constant = .false.            !! M, C and K are constant, and known
       logical :: is_exact = .false.               !! one correction with S is the solution
       real(wp) :: c_q = 0.0_wp, c_v = 0.0_wp      !! that S was made with
+      real(wp) :: t_made = 0.0_wp                 !! time of the point it was made at
       logical, private :: is_ready = .false.      ! S is factorized and may be kept
       type(matrix_type), private :: m, k, c, s
       type(factorization_type), private :: factor
@@ -140,6 +141,7 @@ contains
       status%retry = status%failed()
       if (status%failed()) return
       self%is_ready = .true.
+      self%t_made = t
       call compare_rows(self)
    end subroutine matrix_renew
 

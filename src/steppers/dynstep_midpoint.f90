@@ -7,8 +7,10 @@
 !> Symmetric and of order 2; one Newton iteration for the increment of the acceleration at
 !> the midpoint.  Quadratic invariants of the motion are kept.
 module dynstep_midpoint
+   use dynstep_acceleration_guess, only: acceleration_guess
    use dynstep_accelerations, only: acceleration_solver
    use dynstep_archive, only: archive_type
+   use dynstep_error_norm, only: error_norm_type
    use dynstep_equilibrium, only: equilibrium_solver, newton_options
    use dynstep_kinds, only: wp
    use dynstep_mechanical_system, only: mechanical_system
@@ -26,6 +28,7 @@ module dynstep_midpoint
       type(equilibrium_solver), allocatable, private :: equilibrium
       type(acceleration_solver), private :: end_solver
       real(wp), allocatable, private :: q(:), v(:), a(:)   ! at the midpoint of the last step
+      type(acceleration_guess), private :: guess           ! where errors are allowed
       real(wp), private :: t_end = 0.0_wp                  ! where that step ended
       logical, private :: has_guess = .false.              ! a and t_end are of this run
    contains
@@ -36,6 +39,8 @@ module dynstep_midpoint
       procedure :: try_step => midpoint_try_step
       procedure :: advance => midpoint_advance
       procedure :: archive_parts => midpoint_archive_parts
+      procedure :: aim => midpoint_aim
+      procedure :: follow => midpoint_follow
    end type midpoint_stepper
 
    !> Stiffness ratio above which a = 0 predicts better than a = a0; see dynstep_newmark
@@ -129,23 +134,49 @@ contains
 
       if (status%failed()) return
       half = 0.5_wp*h
-      if (.not. self%has_guess .or. abs(self%t_end - t0) > 0.0_wp) self%a = a0
-      self%has_guess = .false.
+      if (abs(self%t_end - t0) > 0.0_wp) self%has_guess = .false.
+      if (.not. self%has_guess) self%a = a0
       associate (n => sys%n, q => self%q, v => self%v, a => self%a)
          call self%equilibrium%matrix%prepare(sys, t0, t0 + half, half**2, half, y(1:n), y(n + 1:), a, self%count, &
             & status)
+         if (status%failed()) self%has_guess = .false.
          if (status%failed()) return
+         if (self%equilibrium%allowed > 0.0_wp) call self%guess%extrapolate(a)
          if (self%equilibrium%matrix%stiffness_ratio > predict_velocity_above) a = 0.0_wp
          v = y(n + 1:) + half*a
          q = y(1:n) + half*v
+         self%has_guess = .false.
          call self%equilibrium%solve(sys, t0 + half, q, v, a, self%count, status)
          if (status%failed()) return
+         if (self%equilibrium%allowed > 0.0_wp) call self%guess%note(a)
          y(1:n) = y(1:n) + h*v
          y(n + 1:) = y(n + 1:) + h*a
       end associate
       self%has_guess = .true.
       self%t_end = t1
    end subroutine midpoint_step
+
+   !> Newton's iteration may end earlier
+   recursive subroutine midpoint_aim(self, norm, allowed, steps)
+      class(midpoint_stepper), intent(inout) :: self
+      type(error_norm_type), intent(in) :: norm
+      real(wp), intent(in) :: allowed
+      integer, intent(in) :: steps
+      if (.not. allocated(self%equilibrium)) return
+      call self%equilibrium%aim_at(norm, allowed)
+      call self%guess%init(self%equilibrium%unknowns(), steps, 0.5_wp)
+   end subroutine midpoint_aim
+
+   !> Accelerations of another row of substeps, for the predictor
+   recursive subroutine midpoint_follow(self, other)
+      class(midpoint_stepper), intent(inout) :: self
+      class(stepper_type), intent(in) :: other
+      select type (other)
+      class is (midpoint_stepper)
+         call self%guess%follow(other%guess)
+         if (allocated(self%equilibrium)) call self%equilibrium%follow(other%equilibrium)
+      end select
+   end subroutine midpoint_follow
 
    !> Steps in place; only the last one needs the acceleration at its end
    recursive subroutine midpoint_advance(self, sys, state, clock, steps, status, complete)
@@ -162,6 +193,9 @@ contains
       if (status%failed()) return
       select type (sys)
       class is (mechanical_system)
+         call self%equilibrium%begin_row()
+         if (self%equilibrium%allowed > 0.0_wp) self%has_guess = .false.
+         call self%guess%forget()
          do i = 1, steps
             call midpoint_step(self, sys, state%t, clock%h, clock%time(1), state%a, state%y, status)
             if (status%failed()) exit

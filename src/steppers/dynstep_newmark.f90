@@ -17,8 +17,10 @@
 !>   DYNSTEP_LINEAR_NEWMARK: constant matrices, no force procedure, no iteration.
 module dynstep_newmark
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dynstep_acceleration_guess, only: acceleration_guess
    use dynstep_accelerations, only: acceleration_solver, check_callback, check_finite
    use dynstep_archive, only: archive_type
+   use dynstep_error_norm, only: error_norm_type
    use dynstep_equilibrium, only: equilibrium_solver, newton_options
    use dynstep_kinds, only: long, wp
    use dynstep_linear_newmark, only: linear_newmark
@@ -52,6 +54,7 @@ module dynstep_newmark
       type(linear_newmark), allocatable, private :: linear           ! way_linear
       type(equilibrium_solver), allocatable, private :: equilibrium  ! way_newton, way_scalar
       type(acceleration_solver), allocatable, private :: start_solver! all but way_linear
+      type(acceleration_guess), private :: guess             ! way_newton, where errors are allowed
    contains
       procedure :: properties => newmark_properties
       procedure :: init => newmark_init
@@ -61,6 +64,8 @@ module dynstep_newmark
       procedure :: advance => newmark_advance
       procedure :: needs_acceleration => newmark_needs_acceleration
       procedure :: archive_parts => newmark_archive_parts
+      procedure :: aim => newmark_aim
+      procedure :: follow => newmark_follow
    end type newmark_stepper
 
    !> Stiffness ratio c_q |K|/M above which dv = 0, and then dq = 0, predict better than
@@ -263,8 +268,44 @@ contains
          if (status%failed()) return
          call predict(self%beta, self%gamma, h, matrix%stiffness_ratio, q0, v0, a0, q1, v1, a1)
       end associate
+      if (self%equilibrium%allowed > 0.0_wp) call guess_further(self, h, q0, v0, a0, q1, v1, a1)
       call self%equilibrium%solve(sys, t1, q1, v1, a1, self%count, status)
+      if (self%equilibrium%allowed > 0.0_wp) call self%guess%note(a1)
    end subroutine implicit_step
+
+   !> A predictor with the accelerations of the substeps before, where the system is not stiff
+   pure subroutine guess_further(self, h, q0, v0, a0, q1, v1, a1)
+      class(newmark_stepper), intent(inout) :: self
+      real(wp), intent(in) :: h, q0(:), v0(:), a0(:)
+      real(wp), intent(inout) :: q1(:), v1(:), a1(:)
+      if (self%guess%is_empty()) call self%guess%note(a0)
+      if (self%equilibrium%matrix%stiffness_ratio > predict_velocity_above) return
+      call self%guess%extrapolate(a1)
+      v1 = v0 + h*((1.0_wp - self%gamma)*a0 + self%gamma*a1)
+      q1 = q0 + h*(v0 + h*((0.5_wp - self%beta)*a0 + self%beta*a1))
+   end subroutine guess_further
+
+   !> Newton's iteration may end earlier
+   recursive subroutine newmark_aim(self, norm, allowed, steps)
+      class(newmark_stepper), intent(inout) :: self
+      type(error_norm_type), intent(in) :: norm
+      real(wp), intent(in) :: allowed
+      integer, intent(in) :: steps
+      if (.not. allocated(self%equilibrium)) return
+      call self%equilibrium%aim_at(norm, allowed)
+      call self%guess%init(self%equilibrium%unknowns(), steps, 0.0_wp)
+   end subroutine newmark_aim
+
+   !> Accelerations of another row of substeps, for the predictor
+   recursive subroutine newmark_follow(self, other)
+      class(newmark_stepper), intent(inout) :: self
+      class(stepper_type), intent(in) :: other
+      select type (other)
+      class is (newmark_stepper)
+         call self%guess%follow(other%guess)
+         if (allocated(self%equilibrium)) call self%equilibrium%follow(other%equilibrium)
+      end select
+   end subroutine newmark_follow
 
    !> A predictor that fulfils (24) and (25) with one of a1 = a0, v1 = v0, q1 = q0
    pure subroutine predict(beta, gamma, h, stiffness_ratio, q0, v0, a0, q1, v1, a1)
@@ -304,6 +345,8 @@ contains
          call read_again(self, sys)
          call self%linear%advance(sys, clock, state%y, state%a, steps, complete, status, self%count)
       class is (mechanical_system)
+         if (self%way == way_newton) call self%equilibrium%begin_row()
+         call self%guess%forget()
          if (.not. may_use_scalars(self, sys, state, clock, status)) then
             call advance_by_trials(self, sys, state, clock, steps, status, complete)
             return

@@ -142,6 +142,8 @@ module dynstep_stepper
       procedure :: stable_limit => limit_of_properties
       procedure :: column_growth => no_columns
       procedure :: carry => carry_counts
+      procedure :: aim => ignore_aim
+      procedure :: follow => ignore_row
       procedure :: needs_acceleration => acceleration_is_needed
       procedure, non_overridable :: archive => stepper_archive
       procedure :: archive_parts
