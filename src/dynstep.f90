@@ -46,7 +46,7 @@ module dynstep
    use dynstep_rod_chain, only: rod_chain
    use dynstep_rod_pendulum, only: rod_pendulum
    use dynstep_rolling_disk, only: rolling_disk
-   use dynstep_sequences, only: most_levels, sequence_bulirsch, sequence_custom, sequence_double_harmonic, &
+   use dynstep_sequences, only: most_levels, sequence_automatic, sequence_bulirsch, sequence_custom, sequence_double_harmonic, &
       & sequence_harmonic, sequence_romberg
    use dynstep_run, only: observer_type, run_type
    use dynstep_shear_building, only: shear_building
@@ -68,6 +68,7 @@ module dynstep
       & verdict_type
    use dynstep_stiff_third_order, only: stiff_third_order
    use dynstep_trajectory, only: recorder_type, trajectory_type
+   use dynstep_point_masses, only: kepler, pleiades, point_masses_system
    use dynstep_two_body, only: two_body_system
    implicit none
    public

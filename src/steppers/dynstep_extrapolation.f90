@@ -95,11 +95,14 @@ module dynstep_extrapolation
       procedure :: archive_parts => extrapolation_archive_parts
    end type extrapolation_stepper
 
-   !> Rounding errors grow less with the rows 2, 4, 6, ... than with 1, 2, 3, ..., which lose a digit at such tolerances
+   !> Tolerance below which the automatic sequence is 2, 4, 6, ...  Measured on Kepler's problem (e = 0.9) and Pleiades:
+   !> down to errors of 1e-10, at tolerances near 1e-13, 1, 2, 3, ... takes 0.71 to 0.81 of the forces of 2, 4, 6, ...; at
+   !> 3e-14 it ends with 1.6 to 1.7 times the errors of rounding alone
    real(wp), parameter :: tight_below = 1.0e-13_wp
 
-   !> Part of the tolerance that the iterations of all substeps of one row may leave
-   real(wp), parameter :: iteration_share = 0.001_wp
+   !> Part of the tolerance that the iterations of all substeps of one row may leave.  Measured on the two-body pair: with
+   !> 0.1 the errors at rtol = 1e-12 are five times those of iterations to rounding; 0.001 takes 6 % more forces for 1e-6
+   real(wp), parameter :: iteration_share = 0.01_wp
 
 contains
 

@@ -103,7 +103,7 @@ contains
          self%noise(k) = sqrt(sum(weights(:k, k)**2*real(numbers(:k), wp)))
       end do
       self%tolerance = tolerance_of(norm)
-      self%guess = min(max(2, int(1.5_wp - 0.6_wp*log10(max(self%tolerance, epsilon(1.0_wp))))), max(2, self%most - 1))
+      self%guess = min(max(2, int(1.5_wp - 0.6_wp*log10(max(self%tolerance, epsilon(1.0_wp))))), max(2, self%most))
       call self%begin()
    end subroutine control_prepare
 
@@ -151,7 +151,7 @@ contains
       do cap = self%most, 3, -1
          if (self%noise(cap)*rounding <= rounding_share) exit
       end do
-      self%target = max(2, min(self%target, cap - 1))
+      self%target = min(self%target, cap)
       self%last = min(self%target + 1, cap)
       self%is_short = self%h < shortened_below*self%proposed .or. .not. self%proposed > 0.0_wp
       self%first = merge(2, max(2, self%target - 1), self%is_short)
@@ -235,6 +235,10 @@ contains
       real(wp), intent(out) :: h_next
       integer :: best
       self%stuck_h = 0.0_wp
+      if (self%is_short .and. self%proposed > 0.0_wp) then
+         h_next = self%proposed
+         return
+      end if
       if (k <= self%target) then
          best = k
          if (k > 2) then
@@ -250,7 +254,7 @@ contains
          end if
          if (w(k) < raise_below*w(best)) best = k
       end if
-      best = max(2, min(best, self%most - 1))
+      best = max(2, min(best, self%most))
       if (self%was_rejected) then
          best = min(best, k)
          h_next = min(length(best), self%h)
@@ -260,10 +264,6 @@ contains
          h_next = length(k)*((total(k) + next_row(self, k))/total(k))
       end if
       self%was_rejected = .false.
-      if (self%is_short .and. self%proposed > h_next) then
-         h_next = self%proposed
-         return
-      end if
       self%target = best
       self%proposed = h_next
    end subroutine after_good
@@ -281,7 +281,7 @@ contains
       real(wp), intent(in) :: length(:), w(:)
       real(wp), intent(out) :: h_next
       integer :: best
-      best = max(2, min(self%target, k, self%most - 1))
+      best = max(2, min(self%target, k))
       if (best > 2) then
          if (w(best - 1) < lower_below*w(best)) best = best - 1
       end if
