@@ -90,16 +90,18 @@ contains
       call run%proceed(stepper, sys, state, status, recorder, observer, events=events)
    end subroutine integrate_controlled
 
-   !> Check the control, get the method ready, choose the first step
+   !> Check the control, get the method ready, choose the first step.  A method that prepares itself for the tolerances is
+   !> started again.
    recursive subroutine controlled_begin(self, stepper, sys, state, t_end, control, status)
       class(controlled_run_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper
       class(ode_system), intent(inout) :: sys
-      type(state_type), intent(in) :: state
+      type(state_type), intent(inout) :: state
       real(wp), intent(in) :: t_end
       type(step_control_type), intent(in) :: control
       type(status_type), intent(inout) :: status
       type(method_properties) :: facts
+      logical :: was_started
 
       call control%check(status)
       call self%begin_common(sys, state, t_end, control%t_eval, status)
@@ -111,7 +113,10 @@ contains
       end if
       self%control = control
       self%norm = control%norm()
+      was_started = stepper%is_started
       call stepper%prepare_control(sys, self%norm, status)
+      if (status%failed()) return
+      if (was_started .and. .not. stepper%is_started) call stepper%start(sys, state, status)
       if (status%failed()) return
       facts = stepper%properties()
       self%order = facts%order

@@ -26,7 +26,7 @@ module dynstep_integrate
    use dynstep_kinds, only: long, wp
    use dynstep_ode_system, only: ode_system
    use dynstep_run, only: copy_point, observer_type, run_type, steps_before_time
-   use dynstep_status, only: dynstep_invalid_input, dynstep_not_finite, status_type
+   use dynstep_status, only: dynstep_invalid_input, dynstep_not_converged, dynstep_not_finite, status_type
    use dynstep_stepper, only: clock_type, method_properties, state_type, step_counters, stepper_type
    use dynstep_text, only: text
    use dynstep_trajectory, only: recorder_type
@@ -49,7 +49,8 @@ module dynstep_integrate
       integer(long), private :: full_steps = 0           ! how many there are
       real(wp), private :: last_step = 0.0_wp            ! length of the shorter last one, or 0
       integer, private :: longest_block = huge(1)        ! steps that are made at once
-      logical, private :: is_cut = .false.               ! the present state lies inside a step, at an event
+      logical, private :: is_cut = .false.               ! the present state lies inside a step
+      logical, private :: is_at_event = .false.          ! and there is an event
       real(wp), private :: length = 0.0_wp               ! of the last step, where steps are made one by one
       real(wp), private :: growth_limit = huge(1.0_wp)   ! of the method
    contains
@@ -62,6 +63,9 @@ module dynstep_integrate
       procedure :: finished => integration_finished
       procedure :: archive_parts => integration_archive_parts
    end type integration_type
+
+   !> A step that is watched is divided into 2**10 parts at most, as `advance` of SOI2 does
+   integer, parameter :: most_halvings = 10
 
 contains
 
@@ -98,6 +102,7 @@ contains
       self%clock = clock_type(t0=state%t, h=control%h, k=0)
       self%longest_block = huge(1)
       self%is_cut = .false.
+      self%is_at_event = .false.
       self%length = 0.0_wp
       self%step_order = 0
       span = t_end - state%t
@@ -160,8 +165,8 @@ contains
    pure logical function integration_wants_point(self)
       class(integration_type), intent(in) :: self
       integration_wants_point = self%control%every > 0
-      if (.not. integration_wants_point .or. self%is_cut) return
-      integration_wants_point = mod(self%clock%k, int(self%control%every, long)) == 0
+      if (.not. integration_wants_point .or. self%is_at_event) return
+      integration_wants_point = .not. self%is_cut .and. mod(self%clock%k, int(self%control%every, long)) == 0
    end function integration_wants_point
 
    recursive subroutine integration_make_steps(self, stepper, sys, state, steps, is_recording, is_observed, status, events)
@@ -274,7 +279,7 @@ contains
       if (is_full .and. self%clock%k + 1 == self%full_steps .and. .not. abs(self%last_step) > 0.0_wp) t1 = self%t_end
       if (abs(t1 - state%t) > 2.0_wp*spacing(max(abs(t1), abs(state%t)))) then
          call limit_growth(self, stepper, sys, state, t1, status)
-         call self%try(stepper, sys, state, t1, status)
+         call try_parts(self, stepper, sys, state, t1, status)
          call self%cut_at_zero(stepper, sys, state, self%step_order, no_step, status, events)
          if (status%failed()) return
          if (.not. no_step) then
@@ -282,18 +287,43 @@ contains
             call stepper%accept(state, self%left)
             steps = 1
          end if
-         self%is_cut = self%which > 0
+         self%is_at_event = self%which > 0
+         self%is_cut = self%is_at_event .or. abs(t1 - state%t) > 0.0_wp
          if (self%is_cut) return
       end if
       ! the step is complete, or what is left of it is lost in rounding
       state%t = t1
       self%is_cut = .false.
+      self%is_at_event = .false.
       if (is_full) then
          self%clock%k = self%clock%k + 1
       else
          self%last_step = 0.0_wp
       end if
    end subroutine make_watched_step
+
+   !> A trial to t1, or to a half, a quarter, ... of the way where Newton's iteration does not converge
+   recursive subroutine try_parts(self, stepper, sys, state, t1, status)
+      class(integration_type), intent(inout) :: self
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: t1
+      type(status_type), intent(inout) :: status
+      type(status_type) :: cause
+      real(wp) :: part
+      integer :: halvings
+      if (status%failed()) return
+      part = 1.0_wp
+      do halvings = 0, most_halvings
+         call cause%clear()
+         call self%try(stepper, sys, state, merge(t1, state%t + part*(t1 - state%t), halvings == 0), cause)
+         if (.not. (cause%code == dynstep_not_converged .and. cause%retry)) exit
+         stepper%count%rejections = stepper%count%rejections + 1
+         part = 0.5_wp*part
+      end do
+      status = cause
+   end subroutine try_parts
 
    !> Behind a very short step a method with a memory starts anew, as its slopes over that step are rounding errors
    recursive subroutine limit_growth(self, stepper, sys, state, t1, status)
@@ -345,6 +375,7 @@ contains
       call file%item('last_step', self%last_step)
       call file%item('longest_block', self%longest_block)
       call file%item('is_cut', self%is_cut)
+      call file%item('is_at_event', self%is_at_event)
       call file%item('length', self%length)
       call file%item('growth_limit', self%growth_limit)
       call file%end_section()

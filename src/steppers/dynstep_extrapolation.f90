@@ -576,6 +576,7 @@ contains
       facts = self%base%properties()
       call substep_numbers(self%sequence, self%levels, self%custom, numbers, status)
       if (status%failed() .or. .not. facts%newmark_beta >= 0.0_wp) return
+      if (self%is_controlled) numbers = self%numbers(:self%used)
       if (present(z)) then
          limit = huge(limit)
          if (z <= safe_step(numbers, facts%newmark_beta, growth)) return
@@ -588,8 +589,8 @@ contains
       class(extrapolation_stepper), intent(in) :: self
       real(wp) :: first, last
       growth = 0.0_wp
-      if (self%levels < 3 .or. .not. allocated(self%increments)) return
-      associate (x => self%increments, p => self%levels)
+      if (self%used < 3 .or. .not. allocated(self%increments)) return
+      associate (x => self%increments, p => self%used)
          first = maxval(abs(x(:, 2) - x(:, 1)))
          last = maxval(abs(x(:, p) - x(:, p - 1)))
       end associate
@@ -650,6 +651,8 @@ contains
       integer :: j
       call file%expect('numbers', self%numbers)
       call file%expect('base_order', self%base_order)
+      call file%item('used', self%used)
+      call self%control%archive('control', file)
       call self%own%archive('own', file)
       call self%end_solver%archive('end_solver', file)
       do j = 1, size(self%level)

@@ -26,6 +26,7 @@
 !>   Trials may follow each other from one state.  One that is shorter than what was proposed (the end of the run, an
 !>   event, a limit) looks at all columns from the second one on and, where it is good, leaves the proposal as it was.
 module dynstep_order_control
+   use dynstep_archive, only: archive_type
    use dynstep_error_norm, only: error_norm_type, norm_largest
    use dynstep_kinds, only: wp
    use dynstep_sequences, only: most_levels
@@ -83,6 +84,7 @@ module dynstep_order_control
       procedure :: close_trial => control_close
       procedure :: give_up => control_give_up
       procedure :: order_of => control_order_of
+      procedure :: archive => control_archive
    end type order_control
 
 contains
@@ -318,4 +320,19 @@ contains
       self%was_rejected = .true.
       self%proposed = 0.0_wp
    end subroutine control_give_up
+
+   !> What is kept from trial to trial; the tables are those of `prepare`
+   recursive subroutine control_archive(self, name, file)
+      class(order_control), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(archive_type), intent(inout) :: file
+      call file%section(name)
+      call file%item('target', self%target)
+      call file%item('t', self%t)
+      call file%item('proposed', self%proposed)
+      call file%item('was_rejected', self%was_rejected)
+      call file%item('stuck_error', self%stuck_error)
+      call file%item('stuck_h', self%stuck_h)
+      call file%end_section()
+   end subroutine control_archive
 end module dynstep_order_control

@@ -219,5 +219,8 @@ contains
       type(archive_type), intent(inout) :: file
       call self%engine%archive('engine', file)
       call self%end_solver%archive('end_solver', file)
+      call file%expect('has_companion', allocated(self%companion))
+      if (allocated(self%companion)) call self%companion%archive('companion', file)
+      call file%item('last_h', self%last_h)
    end subroutine rational_archive_parts
 end module dynstep_rational_stepper

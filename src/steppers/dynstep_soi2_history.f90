@@ -220,6 +220,9 @@ contains
       call file%item('a_bend', self%a_bend)
       call file%item('lambda_bend', self%lambda_bend)
       call file%item('psi_bend', self%psi_bend)
+      call file%item('kappa', self%kappa)
+      call file%item('kappa_used', self%kappa_used)
+      call file%item('bend_factor', self%bend_factor)
       call file%end_section()
       if (file%failed()) self%is_there = .false.
    end subroutine history_archive

@@ -572,6 +572,22 @@ contains
       no_columns = 0.0_wp
    end function no_columns
 
+   !> The base of an extrapolation under error control may solve its equations with an error of `allowed` in each
+   !> substep, no more; 0: to rounding.  After `init`, which forgets it.  A method that iterates overrides this.
+   recursive subroutine ignore_aim(self, norm, allowed, steps)
+      class(stepper_type), intent(inout) :: self
+      type(error_norm_type), intent(in) :: norm
+      real(wp), intent(in) :: allowed                    !! >= 0, in the norm
+      integer, intent(in) :: steps                       !! substeps that one `advance` makes at most
+   end subroutine ignore_aim
+
+   !> The last `advance` of `other` made the same base step as the next one of this stepper will, in fewer substeps: first
+   !> guesses may be taken from it.  For those that `aim` was called for.
+   recursive subroutine ignore_row(self, other)
+      class(stepper_type), intent(inout) :: self
+      class(stepper_type), intent(in) :: other
+   end subroutine ignore_row
+
    !> True where a step reads state%a of its start
    pure logical function acceleration_is_needed(self)
       class(stepper_type), intent(in) :: self

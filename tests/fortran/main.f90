@@ -42,6 +42,7 @@ program tester
    use test_rational_steps, only: collect_rational_steps
    use test_saddle_point, only: collect_saddle_point
    use test_saddle_schur, only: collect_saddle_schur
+   use test_restore, only: collect_restore
    use test_singular, only: collect_singular
    use test_stability, only: collect_stability
    use test_stability_facts, only: collect_stability_facts
@@ -67,6 +68,7 @@ program tester
       & new_testsuite('constrained_orders', collect_constrained_orders), &
       & new_testsuite('divided_steps', collect_divided_steps), &
       & new_testsuite('events', collect_events), &
+      & new_testsuite('restore', collect_restore), &
       & new_testsuite('monitor', collect_monitor), &
       & new_testsuite('estimates', collect_estimates), &
       & new_testsuite('pade_estimates', collect_pade_estimates), &

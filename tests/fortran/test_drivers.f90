@@ -127,6 +127,7 @@ contains
       class(mechanical_system), allocatable :: sys
       class(stepper_type), allocatable :: stepper
       type(dense_output_type) :: dense
+      type(state_type) :: begin
       integer :: i, step
       call run(problem_cubic, 'midpoint-extrapolation', 0.0_wp, direction*t_end, control_type(h=direction*h), &
          & all_points, state, status)
@@ -137,7 +138,7 @@ contains
       call check(error, .not. status%failed(), trim(status%message))
       call check(error, equal(points%t(:points%count), control%t_eval), 'the times asked for')
       if (allocated(error)) return
-      call prepare(problem_cubic, 'midpoint-extrapolation', 0.0_wp, sys, stepper, state, status)
+      call prepare(problem_cubic, 'midpoint-extrapolation', 0.0_wp, sys, stepper, begin, status)
       call dense%begin(stepper, sys, status)
       call allocate_state(sys, point, status)
       do i = 1, points%count
@@ -177,6 +178,8 @@ contains
       state%t = points%t(i)
       state%y = points%y(:, i)
       state%a = points%a(:, i)
+      state%lambda = points%lambda(:, i)
+      state%psi = points%psi(:, i)
    end subroutine take_point
 
    !> Pieces of 1, 2, 7 or any number of steps, with every kind of recording, for all methods

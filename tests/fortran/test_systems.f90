@@ -394,8 +394,8 @@ contains
       extrapolation%levels = 3
       extrapolation%sequence = 0
       call refused(extrapolation, 'sequence = 0')
-      extrapolation%sequence = 6
-      call refused(extrapolation, 'sequence = 6')
+      extrapolation%sequence = 7
+      call refused(extrapolation, 'sequence = 7')
       extrapolation%sequence = sequence_custom
       call refused(extrapolation, 'no numbers')
       extrapolation%custom = [1, 2]
