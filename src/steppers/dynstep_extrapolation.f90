@@ -272,7 +272,7 @@ contains
       end if
    end subroutine check_numbers
 
-   !> Numbers of substeps that suit the tolerance; with vary_order all of the levels
+   !> Numbers of substeps that suit the tolerance; with vary_order all of the levels.  After `init`, before or after `start`.
    recursive subroutine extrapolation_prepare_control(self, sys, norm, status)
       class(extrapolation_stepper), intent(inout) :: self
       class(ode_system), intent(inout) :: sys
@@ -290,9 +290,10 @@ contains
          & call status%set(dynstep_invalid_input, 'max_levels = '//text(self%max_levels)//' must be 2 to '//text(most_levels))
       if (status%failed()) return
       self%is_controlled = .true.
-      self%is_started = .false.
       self%is_tight = tolerance_of(norm) < tight_below
       call choose_numbers(self, numbers, status)
+      if (status%failed()) return
+      call keep_counts(self)
       call make_levels(self, sys, numbers, status)
       if (status%failed()) return
       call aim_rows(self, norm)
@@ -304,6 +305,16 @@ contains
       self%used = self%control%target
       self%factorization_work = work_of_factorization(sys)
    end subroutine extrapolation_prepare_control
+
+   !> The work of levels that are made anew is not forgotten
+   pure subroutine keep_counts(self)
+      class(extrapolation_stepper), intent(inout) :: self
+      integer :: j
+      do j = 1, size(self%level)
+         call self%own%add(self%level(j)%stepper%count)
+         self%own%substeps = self%own%substeps + self%level(j)%stepper%count%steps
+      end do
+   end subroutine keep_counts
 
    !> The errors that the substeps of a row may leave add up, and are weighted in the results
    recursive subroutine aim_rows(self, norm)

@@ -321,7 +321,7 @@ static void test_methods(void)
     REFUSES(dynstep_set_extrapolation(s, -1, DYNSTEP_HARMONIC, 0, NULL), DYNSTEP_INVALID_INPUT, "levels = -1");
     REFUSES(dynstep_set_extrapolation(s, 13, DYNSTEP_HARMONIC, 0, NULL), DYNSTEP_INVALID_INPUT, "levels = 13");
     REFUSES(dynstep_set_extrapolation(s, 2, 0, 0, NULL), DYNSTEP_INVALID_INPUT, "sequence = 0");
-    REFUSES(dynstep_set_extrapolation(s, 2, 6, 0, NULL), DYNSTEP_INVALID_INPUT, "sequence = 6");
+    REFUSES(dynstep_set_extrapolation(s, 2, 7, 0, NULL), DYNSTEP_INVALID_INPUT, "sequence = 7");
     REFUSES(dynstep_set_extrapolation(s, 2, DYNSTEP_CUSTOM, 2, NULL), DYNSTEP_INVALID_INPUT, "custom");
     REFUSES(dynstep_set_extrapolation(s, 2, DYNSTEP_CUSTOM, 1, falling), DYNSTEP_INVALID_INPUT, "ncustom = 1");
     REFUSES(dynstep_set_extrapolation(s, 2, DYNSTEP_CUSTOM, -1, falling), DYNSTEP_INVALID_INPUT, "ncustom = -1");
