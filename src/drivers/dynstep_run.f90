@@ -30,7 +30,7 @@ module dynstep_run
    use dynstep_stability_monitor, only: stability_monitor
    use dynstep_start_check, only: check_state
    use dynstep_status, only: dynstep_callback_failed, dynstep_event, dynstep_invalid_input, dynstep_more, dynstep_not_converged, &
-      & dynstep_stopped, dynstep_too_many_events, status_type
+      & dynstep_not_finite, dynstep_stopped, dynstep_too_many_events, status_type
    use dynstep_stepper, only: allocate_state, has_shape, state_type, stepper_type
    use dynstep_text, only: text
    use dynstep_trajectory, only: recorder_type
@@ -502,6 +502,7 @@ contains
          if (.not. self%watch%fired(i)) cycle
          if (i <= self%watch%switches) then
             sys%side(i) = -sys%side(i)
+            call sys%sides_changed()
             is_changed = .true.
          else
             call meet_one(self, i - self%watch%switches, sys, state, is_changed, last, status, events)
@@ -575,6 +576,7 @@ contains
       end if
       call check_state('the state behind event '//text(i)//' at t = '//text(state%t), sys, state, status)
       if (status%failed()) then
+         if (size(state%y) == size(self%point%y)) status%code = dynstep_not_finite
          state%y = self%point%y
          return
       end if

@@ -14,7 +14,7 @@
 !>   SWITCHES is their number, SWITCH_VALUES gives functions that change their sign there.  A run ends a step at each
 !>   crossing and starts anew behind it.  The right side may ask SIDE(i), +1 or -1, in place of the sign of function i:
 !>   it does not change inside a step, so that the right side is smooth there, and it must be asked where the right
-!>   side jumps at the surface.
+!>   side jumps at the surface.  SIDES_CHANGED tells an extension that keeps something of its own by SIDE.
 !>
 !>   Every user procedure ends with IERR:  0 fine,  > 0 outside the model's domain, a
 !>   smaller step may help,  < 0 give up and return to the caller.
@@ -48,6 +48,8 @@ module dynstep_ode_system
       procedure, non_overridable :: difference_jacobian
       !> Switch functions of the right side
       procedure :: switch_values => no_switch_values
+      !> `side` has new values
+      procedure :: sides_changed => no_news
       procedure, non_overridable :: find_sides
    end type ode_system
 
@@ -104,7 +106,14 @@ contains
          end if
          self%side(i) = merge(-1, 1, s(i) < 0.0_wp)
       end do
+      call self%sides_changed()
    end subroutine find_sides
+
+   !> Called where `side` was set anew, at a start and behind a crossing, before the right side is asked for there.  An
+   !> override may change what belongs to it alone: its parameters, its copies of `side`.
+   recursive subroutine no_news(self)
+      class(ode_system), intent(inout) :: self
+   end subroutine no_news
 
    !> df/dy by differences.  An override fills `jac`, whose kind and bandwidths are those declared and
    !> whose entries are zero on entry.
