@@ -67,6 +67,8 @@ contains
          else
             s%sys => s%ode
          end if
+      else if (s%ode%switches > 0) then
+         call s%status%set(dynstep_invalid_input, 'set a right-hand side: switches go with one')
       else if (associated(s%ode%jacobian_function)) then
          call s%status%set(dynstep_invalid_input, 'set a right-hand side: its Jacobian goes with one, a linear system has ' &
             & //'a matrix instead')
@@ -104,6 +106,9 @@ contains
       else if (associated(s%general%g_function) .or. associated(s%general%k_function)) then
          call s%status%set(dynstep_invalid_input, 'set a force: constraints go with one; add -C v - K q and the load of ' &
             & //'a linear system to it, and give its mass by dynstep_set_matrix')
+      else if (s%general%switches > 0) then
+         call s%status%set(dynstep_invalid_input, 'set a force: switches go with one; add -C v - K q and the load of a ' &
+            & //'linear system to it')
       else if (.not. s%has_matrices .and. s%linear%load_kind == load_none .and. .not. allocated(s%coupling)) then
          call s%status%set(dynstep_invalid_input, 'set a force, or the matrices of a linear system')
       else

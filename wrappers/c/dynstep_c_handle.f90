@@ -14,6 +14,7 @@
 !> no room for a tag and no handle is made.
 module dynstep_c_handle
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_int64_t, c_intptr_t, c_loc, c_null_ptr, c_ptr
+   use dynstep_c_events, only: c_events
    use dynstep_c_odes, only: c_linear_ode, c_ode_system
    use dynstep_c_points, only: point_buffer
    use dynstep_c_systems, only: c_linear_system, c_observer, c_system
@@ -28,7 +29,7 @@ module dynstep_c_handle
    private
 
    public :: create_handle, destroy_handle, integrator_of, reach, reach_mechanical, reach_first_order, change
-   public :: check_started
+   public :: check_started, tell_sides
 
    type, public :: integrator_type
       integer :: n = 0
@@ -47,6 +48,7 @@ module dynstep_c_handle
       ! settings of both
       type(method_settings) :: method
       type(c_observer) :: observer
+      type(c_events) :: events
       ! what is made from them
       logical :: assembled = .false.             !! the next two fit the settings
       class(ode_system), pointer :: sys => null()   !! to `general` or `linear`, to `ode` or `linear_ode`
@@ -102,6 +104,7 @@ contains
       s%first_order = first_order
       s%observer%n = n
       s%points%n = n
+      s%events%n = n
       if (first_order) then
          s%method%base = base_backinterpolation
          s%ode%n = n
@@ -245,6 +248,12 @@ contains
          call s%status%set(dynstep_invalid_input, 'call dynstep_start first, and again after a set function')
       end if
    end subroutine check_started
+
+   !> The caller's copy of the sides fits this integrator: another one may have written there since
+   recursive subroutine tell_sides(s)
+      type(integrator_type), intent(inout) :: s
+      if (s%sys%switches > 0) call s%sys%sides_changed()
+   end subroutine tell_sides
 
    !> Settings are changed: what was made from them does not fit any more
    recursive subroutine change(s)

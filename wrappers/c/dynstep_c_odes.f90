@@ -5,6 +5,7 @@
 !>   c_linear_ode     y' = A y + b(t), with b by a C function where there is one
 module dynstep_c_odes
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_null_ptr, c_ptr
+   use dynstep_c_events, only: c_switching
    use dynstep_c_systems, only: c_load_function
    use dynstep_kinds, only: wp
    use dynstep_linear_ode, only: linear_ode
@@ -32,9 +33,12 @@ module dynstep_c_odes
       procedure(c_rhs_function), pointer, nopass :: jacobian_function => null()   !! null: by differences
       type(c_ptr) :: rhs_context = c_null_ptr
       type(c_ptr) :: jacobian_context = c_null_ptr
+      type(c_switching) :: switching
    contains
       procedure :: rhs => system_rhs
       procedure :: jacobian => system_jacobian
+      procedure :: switch_values => system_switch_values
+      procedure :: sides_changed => system_sides_changed
    end type c_ode_system
 
    !> dynstep_load is the form of a source, too
@@ -68,6 +72,20 @@ contains
          call self%difference_jacobian(t, y, jac, ierr)
       end if
    end subroutine system_jacobian
+
+   recursive subroutine system_switch_values(self, t, y, s, ierr)
+      class(c_ode_system), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(:)
+      real(wp), intent(out) :: s(:)
+      integer, intent(out) :: ierr
+      call self%switching%values(self%n, t, y, s, ierr)
+   end subroutine system_switch_values
+
+   recursive subroutine system_sides_changed(self)
+      class(c_ode_system), intent(inout) :: self
+      call self%switching%tell(self%side)
+   end subroutine system_sides_changed
 
    recursive subroutine linear_source(self, t, b, ierr)
       class(c_linear_ode), intent(inout) :: self

@@ -7,6 +7,7 @@
 module dynstep_c_systems
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_loc, c_null_ptr, c_ptr
    use dynstep_c_constraints, only: c_constrained_system
+   use dynstep_c_events, only: c_switching
    use dynstep_run, only: observer_type
    use dynstep_kinds, only: wp
    use dynstep_linear_system, only: linear_system
@@ -85,11 +86,14 @@ module dynstep_c_systems
       type(c_ptr) :: tangent_context = c_null_ptr
       type(c_ptr) :: energy_context = c_null_ptr
       type(matrix_type) :: m                 !! the mass where it is no function
+      type(c_switching) :: switching
    contains
       procedure :: force => system_force
       procedure :: mass => system_mass
       procedure :: tangent => system_tangent
       procedure :: energy => system_energy
+      procedure :: switch_values => system_switch_values
+      procedure :: sides_changed => system_sides_changed
    end type c_system
 
    type, extends(linear_system), public :: c_linear_system
@@ -169,6 +173,20 @@ contains
       if (associated(self%energy_function)) &
          & ierr = self%energy_function(self%n, t, q, v, energy, self%energy_context)
    end subroutine system_energy
+
+   recursive subroutine system_switch_values(self, t, y, s, ierr)
+      class(c_system), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(:)
+      real(wp), intent(out) :: s(:)
+      integer, intent(out) :: ierr
+      call self%switching%values(self%n, t, y, s, ierr)
+   end subroutine system_switch_values
+
+   recursive subroutine system_sides_changed(self)
+      class(c_system), intent(inout) :: self
+      call self%switching%tell(self%side)
+   end subroutine system_sides_changed
 
    recursive subroutine linear_load(self, t, p, ierr)
       class(c_linear_system), intent(inout) :: self

@@ -4,8 +4,10 @@
 module dynstep_capi_runs
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_int, c_intptr_t, &
       & c_null_funptr, c_null_ptr, c_ptr
-   use dynstep_c_handle, only: check_started, integrator_type, reach
-   use dynstep_c_systems, only: c_observer_function
+   use dynstep_c_events, only: c_events
+   use dynstep_c_handle, only: check_started, integrator_type, reach, tell_sides
+   use dynstep_c_points, only: point_buffer
+   use dynstep_c_systems, only: c_observer, c_observer_function
    use dynstep_controlled_run, only: controlled_run_type
    use dynstep_integrate, only: control_type, integration_type
    use dynstep_kinds, only: long, wp
@@ -16,7 +18,7 @@ module dynstep_capi_runs
    implicit none
    private
 
-   public :: dynstep_set_observer, dynstep_run, dynstep_begin, dynstep_begin_controlled, dynstep_proceed
+   public :: dynstep_set_observer, run_whole, dynstep_begin, dynstep_begin_within, dynstep_begin_controlled, dynstep_proceed
 
 contains
 
@@ -33,7 +35,8 @@ contains
       s%observer%context = transfer(ctx, c_null_ptr)
    end function dynstep_set_observer
 
-   recursive function dynstep_run(handle, t_end, h) result(code) bind(c)
+   !> Of another name than its label, which is also that of a module
+   recursive function run_whole(handle, t_end, h) result(code) bind(c, name='dynstep_run')
       integer(c_intptr_t), value :: handle
       real(c_double), value :: t_end, h
       integer(c_int) :: code
@@ -50,7 +53,7 @@ contains
          if (s%running) call s%status%clear()
       end do
       code = s%status%code
-   end function dynstep_run
+   end function run_whole
 
    recursive function dynstep_begin(handle, t_end, h, every, n_eval, t_eval) result(code) bind(c)
       integer(c_intptr_t), value :: handle
@@ -65,7 +68,7 @@ contains
       if (code /= dynstep_success) return
       control%h = h
       control%every = every
-      call take_times(n_eval, t_eval, control%t_eval, s%status)
+      call take_numbers('t_eval', n_eval, t_eval, control%t_eval, s%status)
       if (allocated(control%t_eval)) control%every = 1
       call begin(s, t_end, control)
       code = s%status%code
@@ -82,7 +85,6 @@ contains
       integer(c_int) :: code
       type(integrator_type), pointer :: s
       type(step_control_type) :: control
-      type(controlled_run_type), allocatable :: run
 
       code = reach(handle, s)
       if (code /= dynstep_success) return
@@ -91,33 +93,74 @@ contains
       control%safety_place = safety_place
       control%h_first = h_first
       control%h_max = h_max
-      call take_times(n_eval, t_eval, control%t_eval, s%status)
-      call check_started(s)
-      if (.not. s%status%failed()) then
-         allocate (run)
-         call run%begin(s%stepper, s%sys, s%state, t_end, control, s%status)
-         call move_alloc(run, s%run)
-         call make_ready(s)
-      end if
+      call take_numbers('t_eval', n_eval, t_eval, control%t_eval, s%status)
+      call begin_controlled(s, t_end, control)
       code = s%status%code
    end function dynstep_begin_controlled
 
-   !> Times of the caller; not allocated where there are none
-   recursive subroutine take_times(n_eval, t_eval, times, status)
-      integer(c_int), intent(in) :: n_eval
-      type(c_ptr), intent(in) :: t_eval
-      real(wp), allocatable, intent(out) :: times(:)
+   recursive function dynstep_begin_within(handle, t_end, rtol, n_atol, atol, atol_lambda, atol_psi, h_first, h_max, h_min, &
+      & n_eval, t_eval) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      real(c_double), value :: t_end, rtol
+      integer(c_int), value :: n_atol
+      type(c_ptr), value :: atol
+      real(c_double), value :: atol_lambda, atol_psi, h_first, h_max, h_min
+      integer(c_int), value :: n_eval
+      type(c_ptr), value :: t_eval
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      type(step_control_type) :: control
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      control%rtol = rtol
+      control%atol_lambda = atol_lambda
+      control%atol_psi = atol_psi
+      control%h_first = h_first
+      control%h_max = h_max
+      control%h_min = h_min
+      call take_numbers('atol', n_atol, atol, control%atol, s%status)
+      call take_numbers('t_eval', n_eval, t_eval, control%t_eval, s%status)
+      call begin_controlled(s, t_end, control)
+      code = s%status%code
+   end function dynstep_begin_within
+
+   !> Numbers of the caller; not allocated where there are none
+   recursive subroutine take_numbers(name, count, from, numbers, status)
+      character(len=*), intent(in) :: name
+      integer(c_int), intent(in) :: count
+      type(c_ptr), intent(in) :: from
+      real(wp), allocatable, intent(out) :: numbers(:)
       type(status_type), intent(inout) :: status
       real(c_double), pointer :: given(:)
-      if (n_eval < 0) then
-         call status%set(dynstep_invalid_input, 'n_eval = '//text(n_eval)//' must be 0 or more')
-      else if (n_eval > 0 .and. .not. c_associated(t_eval)) then
-         call status%set(dynstep_invalid_input, 't_eval is NULL')
-      else if (n_eval > 0) then
-         call c_f_pointer(t_eval, given, [n_eval])
-         times = given
+      if (status%failed()) return
+      if (count < 0) then
+         call status%set(dynstep_invalid_input, 'n_'//name(max(1, index(name, '_') + 1):)//' = '//text(count) &
+            & //' must be 0 or more')
+      else if (count > 0 .and. .not. c_associated(from)) then
+         call status%set(dynstep_invalid_input, name//' is NULL')
+      else if (count > 0) then
+         call c_f_pointer(from, given, [count])
+         numbers = given
       end if
-   end subroutine take_times
+   end subroutine take_numbers
+
+   !> A run with steps that follow the error estimate
+   recursive subroutine begin_controlled(s, t_end, control)
+      type(integrator_type), intent(inout) :: s
+      real(wp), intent(in) :: t_end
+      type(step_control_type), intent(in) :: control
+      type(controlled_run_type), allocatable :: run
+      call check_started(s)
+      if (s%status%failed()) return
+      allocate (run)
+      call tell_sides(s)
+      s%busy = .true.
+      call run%begin(s%stepper, s%sys, s%state, t_end, control, s%status)
+      s%busy = .false.
+      call move_alloc(run, s%run)
+      call make_ready(s)
+   end subroutine begin_controlled
 
    !> A run with steps of one length
    recursive subroutine begin(s, t_end, control)
@@ -246,20 +289,22 @@ contains
 
    !> Steps of a run; user functions may be called
    recursive subroutine go_on(s, max_steps, record)
-      type(integrator_type), intent(inout) :: s
+      type(integrator_type), intent(inout), target :: s
       integer, intent(in) :: max_steps       !! 0: record the start, where that is not done
       logical, intent(in) :: record
+      type(point_buffer), pointer :: points
+      type(c_observer), pointer :: observer
+      type(c_events), pointer :: events
+      ! one that is null is an argument that is not there
+      points => null()
+      observer => null()
+      events => null()
+      if (record) points => s%points
+      if (associated(s%observer%observer_function)) observer => s%observer
+      if (associated(s%events%event_function)) events => s%events
+      call tell_sides(s)
       s%busy = .true.
-      if (record .and. associated(s%observer%observer_function)) then
-         call s%run%proceed(s%stepper, s%sys, s%state, s%status, recorder=s%points, observer=s%observer, &
-            & max_steps=max_steps)
-      else if (record) then
-         call s%run%proceed(s%stepper, s%sys, s%state, s%status, recorder=s%points, max_steps=max_steps)
-      else if (associated(s%observer%observer_function)) then
-         call s%run%proceed(s%stepper, s%sys, s%state, s%status, observer=s%observer, max_steps=max_steps)
-      else
-         call s%run%proceed(s%stepper, s%sys, s%state, s%status, max_steps=max_steps)
-      end if
+      call s%run%proceed(s%stepper, s%sys, s%state, s%status, points, observer, max_steps, events)
       s%busy = .false.
    end subroutine go_on
 end module dynstep_capi_runs

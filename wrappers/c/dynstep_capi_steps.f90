@@ -5,7 +5,7 @@ module dynstep_capi_steps
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_long_long, c_ptr
    use dynstep_c_assembly, only: assemble, assemble_system, start_at
-   use dynstep_c_handle, only: check_started, integrator_type, reach, reach_mechanical
+   use dynstep_c_handle, only: check_started, integrator_type, reach, reach_mechanical, tell_sides
    use dynstep_c_text, only: give, put_text, take_point
    use dynstep_check_system, only: check_system, finding_length
    use dynstep_kinds, only: wp
@@ -115,6 +115,7 @@ contains
       ! the clock goes on where the last step was one of this length
       if (abs(s%step_clock%h - h) > 0.0_wp .or. abs(s%step_clock%time() - s%state%t) > 0.0_wp) &
          & s%step_clock = clock_type(t0=s%state%t, h=h, k=0)
+      call tell_sides(s)
       s%busy = .true.
       call s%stepper%advance(s%sys, s%state, s%step_clock, 1, s%status, complete=.true.)
       s%busy = .false.

@@ -33,7 +33,8 @@
  *   linear    y' = A y + b(t): dynstep_set_system_matrix, and dynstep_set_source or
  *             dynstep_set_load_table (the one set last counts) where there is a source.
  * They start by dynstep_start_ode and are asked by dynstep_get_ode.  In the functions for runs y has the place
- * of q, y' that of a, and v is not there: dynstep_proceed does not write v_out, and an observer gets v = NULL.
+ * of q, y' that of a, and v is not there: dynstep_proceed does not write v_out, and functions of an observer, of events
+ * and of switches get v = NULL.
  * A function that is for the other kind of handle gives DYNSTEP_INVALID_INPUT and changes nothing.
  *
  * FUNCTIONS AND CONTEXTS are passed as addresses, (intptr_t)function and (intptr_t)&data.  A function
@@ -80,7 +81,9 @@ enum dynstep_code {
     DYNSTEP_IN_USE = -9,             /* called from a user function of the same handle */
     DYNSTEP_NOT_FINITE = -10,        /* a user function gave NaN or infinity */
     DYNSTEP_FILE_ERROR = -11,        /* a file cannot be read or is not what it should be */
-    DYNSTEP_INVALID_HANDLE = -12     /* not a handle, or one that was deleted */
+    DYNSTEP_INVALID_HANDLE = -12,    /* not a handle, or one that was deleted */
+    DYNSTEP_TOO_MANY_EVENTS = -13,   /* events one after the other without a step between: chatter, bounces that come to rest */
+    DYNSTEP_TOLERANCE_TOO_SMALL = -14    /* rounding does not allow the accuracy asked for */
 };
 
 enum dynstep_kind {                  /* how a matrix is stored */
@@ -279,6 +282,15 @@ typedef int dynstep_jacobian_function(int n, double t, const double *y, double *
 /* Sees each accepted step of a run (q = y, v = NULL and a = y' for a first-order system); a result other than 0 ends the run with DYNSTEP_STOPPED */
 typedef int dynstep_observer(int n, double t, const double *q, const double *v, const double *a, void *ctx);
 
+/* s[count] at t, q and v (y and NULL for a first-order system): functions whose zeros are events of a run, or are the
+ * surfaces where the right side of a system is not smooth.  Smooth themselves where the motion is. */
+typedef int dynstep_event_function(int n, int count, double t, const double *q, const double *v, double *s, void *ctx);
+typedef dynstep_event_function dynstep_switch_function;
+
+/* What is done at event `which` (from 0) before the run goes on.  0: nothing is changed, whatever q and v (y and NULL)
+ * hold now; 1: it has written q or v, or has changed parameters of the system; < 0: give up. */
+typedef int dynstep_event_action(int n, int which, double t, double *q, double *v, void *ctx);
+
 /* ---- Handles ---- */
 
 /* Version of the library, 10000*major + 100*minor + patch */
@@ -405,6 +417,21 @@ int dynstep_set_system_matrix(intptr_t handle, int kind, int kl, int ku, const d
 
 /* b(t); a table is given by dynstep_set_load_table */
 int dynstep_set_source(intptr_t handle, intptr_t fun, intptr_t ctx);                    /* dynstep_load */
+
+/* ---- The system: switches ---- */
+
+/* A right side (or force) that is smooth on each side of surfaces alone - a contact, a dead zone, dry friction - declares
+ * them: `count` >= 1 functions that change their sign there.  A run ends a step at each crossing, and starts anew behind
+ * it, with the accuracy of the method.
+ *   side     int array [count] of the caller, which must stay valid, or NULL.  The library writes +1 or -1 there: the
+ *            side of each surface that the right side is taken on.  It changes between steps alone, so that a right side
+ *            that asks side[i] in place of the sign of s[i] is smooth inside each step; it must ask side[i] where it jumps
+ *            at the surface.  dynstep_start sets it by the signs of the functions (+1 at a zero).
+ * fun = 0 takes the switches away (count and side are then not read).  Switches go with a force or a right-hand side.
+ * dynstep_step does not look at them: the sides stay as they are.  Handles that share an array `side` must not be used by
+ * two threads at once. */
+int dynstep_set_switches(intptr_t handle, int count, intptr_t fun, intptr_t ctx,
+                         int *side);                                     /* dynstep_switch_function */
 
 /* ---- The method ---- */
 
@@ -598,9 +625,24 @@ int dynstep_run(intptr_t handle, double t_end, double h);
  *                 every = 0: the last point alone */
 int dynstep_begin(intptr_t handle, double t_end, double h, int every, int n_eval, const double *t_eval);
 
-/* Begin a run to t_end in steps whose length follows the error estimate of the method (Xie 1995, section 3.4), from the
- * present point; make no step.  Backinterpolation and extrapolations of 2 levels or more have an estimate, others are
- * refused (DYNSTEP_FACT_ERROR_ORDER tells).
+/* Begin a run to t_end in steps whose length follows the error estimate of the method, from the present point; make no
+ * step.  A step is good where the root of the mean of (e(i)/(atol(i) + rtol |y(i)|))^2, over all components of [q; v] or of
+ * y, is 1 at most, e the estimated error; else it is thrown away, and a shorter one tried.  Errors of steps add up along the
+ * run.
+ *   rtol            >= 0
+ *   n_atol, atol    atol[n_atol] >= 0: one for all components, or one for each of [q; v] (2*n) or of y (n); n_atol = 0: 1e-8
+ *                   (atol is then not read).  rtol and an atol must not both be 0.
+ *   atol_lambda, atol_psi   the same for the multipliers, beside rtol; 0: their errors are not looked at
+ *   h_first         first step, of the sign of t_end - t; 0: the library chooses
+ *   h_max           longest step; 0: |t_end - t|
+ *   h_min           >= 0, a shorter step than that gives DYNSTEP_STEP_TOO_SMALL, the last one before t_end or an event apart
+ *   n_eval, t_eval  as above; n_eval = 0: the start and each step are recorded
+ * Methods without an error estimate are refused (DYNSTEP_FACT_ERROR_ORDER tells).  DYNSTEP_TOLERANCE_TOO_SMALL, here or on
+ * the way: the tolerance is below the rounding errors of the state; the message tells what is possible. */
+int dynstep_begin_within(intptr_t handle, double t_end, double rtol, int n_atol, const double *atol, double atol_lambda,
+                         double atol_psi, double h_first, double h_max, double h_min, int n_eval, const double *t_eval);
+
+/* The same with the norm and the controllers of Xie 1995, section 3.4.
  *   tolerance       > 0.  A step may have the error tau = tolerance*max(|y|, 1), |y| the largest component of y (of q and v);
  *                   one with a larger error is a rejection: it is thrown away, and a shorter one tried.  Errors of steps add
  *                   up along the run.
@@ -623,7 +665,7 @@ int dynstep_begin_controlled(intptr_t handle, double t_end, double tolerance, in
  *                   in q_out and y' in a_out; v_out is left alone
  * Returns DYNSTEP_MORE where max_steps or the room is used up; call again to go on.  The points and their
  * bits do not depend on how a run is cut into calls, and none is lost: one that finds no room comes with the
- * next call, and so does any code but DYNSTEP_MORE.  After DYNSTEP_STOPPED a further call goes on, too.
+ * next call, and so does any code but DYNSTEP_MORE.  After DYNSTEP_STOPPED or DYNSTEP_EVENT a further call goes on, too.
  * capacity = 0 records nothing; it must then be 0 in all calls of the run (count and arrays may be NULL). */
 int dynstep_proceed(intptr_t handle, int max_steps, int capacity, int *count, double *t_out, double *q_out,
                     double *v_out, double *a_out);
@@ -632,6 +674,31 @@ int dynstep_proceed(intptr_t handle, int max_steps, int capacity, int *count, do
  * lambda_out[i*m] .. lambda_out[i*m + m-1] and psi_out[i*p] .. psi_out[i*p + p-1]; NULL: not wanted.  Between
  * the ends of a step they lie on a straight line. */
 int dynstep_record_multipliers(intptr_t handle, int count, int m, double *lambda_out, int p, double *psi_out);
+
+/* ---- Events ---- */
+
+/* Functions that runs of any kind watch: count >= 1 of them.  Where one goes through zero inside a step, that step is made
+ * again, for real, up to the zero, so that the state there has the accuracy of the method.  Without t_eval it is recorded;
+ * where the action changed something, the state behind it is recorded, too, at the same time.
+ *   direction   [count] 1: only from minus to plus, -1: only from plus to minus, in the direction of the run; 0: both.
+ *               NULL: all both
+ *   terminal    [count] other than 0: the run ends there with DYNSTEP_EVENT.  NULL: none
+ * fun = 0 takes the events away (count and arrays are then not read).  Needs no new start, but a run that was begun is
+ * over.  Zeros at the start of a run are no events.  Events that follow each other without end give
+ * DYNSTEP_TOO_MANY_EVENTS.  dynstep_step does not look at events. */
+int dynstep_set_events(intptr_t handle, int count, intptr_t fun, intptr_t ctx, const int *direction,
+                       const int *terminal);                              /* dynstep_event_function */
+
+/* What is done at events; fun = 0: nothing.  May be set at any time, also in a run.  Behind an action that has changed
+ * something the method starts anew, with new accelerations, and moves q and v onto the constraints if need be. */
+int dynstep_set_event_action(intptr_t handle, intptr_t fun, intptr_t ctx);   /* dynstep_event_action */
+
+/* How many events there were since the last run was begun */
+int dynstep_event_count(intptr_t handle, int *count);
+
+/* Events first .. first + count - 1 of these (from 0), in the order in which they were met: which[count] functions (from 0),
+ * times t[count], and the states before an action, q and v as in dynstep_proceed; NULL: not wanted */
+int dynstep_get_events(intptr_t handle, int first, int count, int *which, double *t, double *q, double *v);
 
 /* ---- Records ---- */
 
