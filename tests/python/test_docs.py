@@ -23,7 +23,7 @@ def test_the_page_runs(capsys):
 
 def test_the_example_of_solve():
     example = doctest.DocTestParser().get_doctest(dynstep.solve.__doc__, {"dynstep": dynstep}, "solve", None, 0)
-    assert len(example.examples) == 3
+    assert len(example.examples) == 4
     assert doctest.DocTestRunner(verbose=False).run(example).failed == 0
 
 

@@ -167,6 +167,13 @@ INTERRUPTED = {
                 f[i] = -q[i]
             return 0
         system = dynstep.MechanicalSystem(5, force, velocity_free=True)""",
+    "events": """
+        import numba
+        @numba.cfunc(dynstep.signature("event"))
+        def event(n, count, t, q, v, s, ctx):
+            s[0] = q[0]
+            return 0
+        system = dynstep.LinearSystem(np.ones(5), K=1.0)""",
     "integrator": "system = dynstep.LinearSystem(np.ones(5), K=1.0)",
     "first order": "system = dynstep.LinearOde(-np.ones(5))",
 }
@@ -175,9 +182,10 @@ INTERRUPTED = {
 @pytest.mark.skipif(os.name != "posix", reason="needs signals")
 @pytest.mark.parametrize("kind", INTERRUPTED)
 def test_ctrl_c_within_a_second(kind):
-    if kind == "compiled":
+    if kind in ("compiled", "events"):
         pytest.importorskip("numba")
     run = {"integrator": "i = dynstep.Integrator(system); i.start(0, np.ones(5), np.zeros(5)); i.run(1e9, 0.1)",
+           "events": "dynstep.solve(system, (0, 1e9), np.ones(5), np.zeros(5), t_eval=[], events=event)",
            "first order": "dynstep.solve_ode(system, (0, 1e9), np.ones(5), 'pade', h=0.1, every=0)"}.get(
                kind, "dynstep.solve(system, (0, 1e9), np.ones(5), np.zeros(5), h=0.1, every=0)")
     code = f"""

@@ -502,6 +502,101 @@ static int reaction_tangent(int n, int m, int p, double t, const double *q, cons
     return code;
 }
 
+/* ---- Events and switches ---- */
+
+/* Without v where the system is of first order: (t, y) */
+static PyObject *call_at(void *context, int n, double t, const double *q, const double *v)
+{
+    return call(context, t, v ? 2 : 1, (const vector_in[]){{n, q}, {n, v}});
+}
+
+/* Events, one function each, and switches */
+static int event(int n, int count, double t, const double *q, const double *v, double *s, void *context)
+{
+    PyGILState_STATE gil = PyGILState_Ensure();
+    PyObject *result = call_at(context, n, t, q, v);
+    if (result) {
+        take_vector(context, "", result, count, s);
+        Py_DECREF(result);
+    }
+    int code = outcome(context);
+    PyGILState_Release(gil);
+    return code;
+}
+
+/* None or False: nothing is changed; True: parameters are; else the new (q, v), or the new y */
+static int take_action(void *context, PyObject *result, int n, double *q, double *v)
+{
+    PyObject *both;
+    int code = 1;
+    if (result == Py_None) return 0;
+    if (PyBool_Check(result) || PyArray_IsScalar(result, Bool)) return PyObject_IsTrue(result);
+    if (!v) return take(context, result, n, 0, q) ? 0 : 1;
+    if (!PyTuple_Check(result) && !PyList_Check(result)) {
+        PyErr_Format(PyExc_TypeError, "%s returned %.100s, expected a tuple (q, v), True where it has changed parameters, or "
+                     "None", name_of(context), Py_TYPE(result)->tp_name);
+        return 0;
+    }
+    both = PySequence_Tuple(result);
+    if (!both) return 0;
+    if (PyTuple_GET_SIZE(both) != 2) {
+        PyErr_Format(PyExc_ValueError, "%s returned %zd arrays, expected two: q and v", name_of(context),
+                     PyTuple_GET_SIZE(both));
+        code = 0;
+    } else if (take(context, PyTuple_GET_ITEM(both, 0), n, 0, q) || take(context, PyTuple_GET_ITEM(both, 1), n, 0, v))
+        code = 0;
+    Py_DECREF(both);
+    return code;
+}
+
+/* The arrays that the function gets cannot be written to: a change in place would be lost without a word */
+static int action(int n, int which, double t, double *q, double *v, void *context)
+{
+    PyGILState_STATE gil = PyGILState_Ensure();
+    PyObject *args = ITEM(context, ARGS), *stack[3 + MOST_ARGS], *result = NULL;
+    Py_ssize_t more = PyTuple_GET_SIZE(args);
+    const npy_intp *order = order_of(context);
+    int made = 0, count = v ? 3 : 2, changed = 0;
+    (void)which;
+    if (!failed(context)) {
+        stack[0] = PyFloat_FromDouble(t);
+        if (stack[0]) for (made = 1; made < count; made++) {
+            if (!(stack[made] = vector(n, made == 1 ? q : v, order))) break;
+            PyArray_CLEARFLAGS((PyArrayObject *)stack[made], NPY_ARRAY_WRITEABLE);
+        }
+        if (made == count) {
+            for (Py_ssize_t i = 0; i < more; i++) stack[made + i] = PyTuple_GET_ITEM(args, i);
+            result = PyObject_Vectorcall(ITEM(context, FUNCTION), stack, (size_t)(made + more), NULL);
+        }
+        while (made > 0) Py_DECREF(stack[--made]);
+    }
+    if (result) {
+        changed = take_action(context, result, n, q, v);
+        Py_DECREF(result);
+    }
+    int code = outcome(context);
+    PyGILState_Release(gil);
+    return code ? code : changed;
+}
+
+/* Events one by one, each with a function and a context of its own, and their actions in the same way (0: none).  The
+ * context is an intp array: (function, context) of each. */
+static int each_event(int n, int count, double t, const double *q, const double *v, double *s, void *context)
+{
+    const intptr_t *c = context;
+    for (int i = 0; i < count; i++) {
+        int code = ((dynstep_event_function *)c[2*i])(n, 1, t, q, v, s + i, (void *)c[2*i + 1]);
+        if (code) return code;
+    }
+    return 0;
+}
+
+static int each_action(int n, int which, double t, double *q, double *v, void *context)
+{
+    const intptr_t *c = (intptr_t *)context + 2*which;
+    return c[0] ? ((dynstep_event_action *)c[0])(n, which, t, q, v, (void *)c[1]) : 0;
+}
+
 /* Compiled functions over a system that the wrapper has reordered.  The context is an intp array:
  * function, its context, address of workspace, order[n]. */
 
@@ -526,6 +621,33 @@ static int reordered_observer(int n, double t, const double *q, const double *v,
     return ((dynstep_observer *)c[0])(n, t, work, v ? work + n : NULL, work + 2*n, (void *)c[1]);
 }
 
+static int reordered_event(int n, int count, double t, const double *q, const double *v, double *s, void *context)
+{
+    const intptr_t *c = context, *order = c + 3;
+    double *work = (double *)c[2];
+    for (int i = 0; i < n; i++) {
+        work[order[i]] = q[i];
+        if (v) work[n + order[i]] = v[i];
+    }
+    return ((dynstep_event_function *)c[0])(n, count, t, work, v ? work + n : NULL, s, (void *)c[1]);
+}
+
+static int reordered_action(int n, int which, double t, double *q, double *v, void *context)
+{
+    const intptr_t *c = context, *order = c + 3;
+    double *work = (double *)c[2];
+    for (int i = 0; i < n; i++) {
+        work[order[i]] = q[i];
+        if (v) work[n + order[i]] = v[i];
+    }
+    int code = ((dynstep_event_action *)c[0])(n, which, t, work, v ? work + n : NULL, (void *)c[1]);
+    for (int i = 0; i < n; i++) {
+        q[i] = work[order[i]];
+        if (v) v[i] = work[n + order[i]];
+    }
+    return code;
+}
+
 /* Address of a thunk; _functions.py has the same numbers */
 intptr_t python_function(int which)
 {
@@ -548,8 +670,15 @@ intptr_t python_function(int which)
     case 15: return (intptr_t)rhs;
     case 16: return (intptr_t)jacobian;
     case 17: return (intptr_t)load;                       /* source */
+    case 18: return (intptr_t)event;
+    case 19: return (intptr_t)action;
+    case 20: return (intptr_t)event;                      /* switches */
     case 100: return (intptr_t)reordered_load;
     case 101: return (intptr_t)reordered_observer;
+    case 102: return (intptr_t)reordered_event;
+    case 103: return (intptr_t)reordered_action;
+    case 104: return (intptr_t)each_event;
+    case 105: return (intptr_t)each_action;
     default: return 0;
     }
 }

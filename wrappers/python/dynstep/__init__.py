@@ -19,6 +19,7 @@ from ._check import CheckReport, check_system
 from ._compiled import compiled, signature
 from ._core import dynstep_version as _version
 from ._drift import ConstraintDrift, StartCorrected, StartCorrection
+from ._events import Event
 from ._functions import OutOfDomain
 from ._integrator import IntegrationError, Integrator
 from ._linear import LinearSystem
@@ -40,9 +41,9 @@ __version__ = ".".join(str(_version()//k % 100) for k in (10000, 100, 1))
 
 __all__ = [
     "AccuracyDomain", "BI", "BIExtrapolation", "Banded", "CheckReport", "ConstraintDrift", "DampingFrequency",
-    "FlexibleArm", "GeneralizedAlpha", "HHT", "IntegrationError", "Integrator", "LinearOde", "LinearSystem", "LoadTable",
-    "MechanicalSystem", "MethodProperties", "Midpoint", "MidpointExtrapolation", "Newmark", "NewmarkExtrapolation",
-    "Newton", "OdeSolution", "OdeSystem", "OutOfDomain", "Pade", "SOI2", "Solution", "StabilityDomain",
-    "StartCorrected", "StartCorrection", "accuracy_domain", "alpha_windows", "banded", "check_system", "compiled",
-    "damping_frequency", "ground_motion", "methods", "read_at2", "signature", "solve", "solve_ode", "spectral_radius",
-    "stability_domain", "stability_function"]
+    "Event", "FlexibleArm", "GeneralizedAlpha", "HHT", "IntegrationError", "Integrator", "LinearOde",
+    "LinearSystem", "LoadTable", "MechanicalSystem", "MethodProperties", "Midpoint", "MidpointExtrapolation",
+    "Newmark", "NewmarkExtrapolation", "Newton", "OdeSolution", "OdeSystem", "OutOfDomain", "Pade", "SOI2",
+    "Solution", "StabilityDomain", "StartCorrected", "StartCorrection", "accuracy_domain", "alpha_windows",
+    "banded", "check_system", "compiled", "damping_frequency", "ground_motion", "methods", "read_at2", "signature",
+    "solve", "solve_ode", "spectral_radius", "stability_domain", "stability_function"]

@@ -33,6 +33,9 @@ PARAMETERS = {
     "rhs": "int n, double t, const double *y, double *f, void *ctx",
     "jacobian": "int n, double t, const double *y, double *jac, void *ctx",
     "source": "int n, double t, double *b, void *ctx",
+    "event": _POINT.replace("int n", "int n, int count") + ", double *s, void *ctx",
+    "action": "int n, int which, double t, double *q, double *v, void *ctx",
+    "switches": _POINT.replace("int n", "int n, int count") + ", double *s, void *ctx",
 }
 
 _FunctionPointer = ctypes.CFUNCTYPE(None).__bases__[0]
@@ -65,7 +68,9 @@ def signature(function="force", form="numba"):
         declared banded), zero on entry.  Jacobians of constraints are stored by rows: G[i, j] is ``gq[j + i*n]``, or
         the values in the order of the pattern where one is declared; dr/dlambda[i, j] is ``rl[i + j*n]``.  All return
         0, or > 0 for "outside the domain, a smaller step may help", or < 0 for "give up"; an
-        observer returns 1 to stop, and gets y in q, y' in a and NULL in v where the system is of first order.
+        observer returns 1 to stop, and gets y in q, y' in a and NULL in v where the system is of first order.  So do events,
+        actions and switches: y in q, NULL in v.  An event writes one number, s[0] (count is 1); an action returns 1 where it
+        has written q or v or changed parameters, else 0.
     form : {"numba", "ctypes", "c"}
         For ``numba.cfunc(...)``, a ctypes function type, or the declaration as text.
 

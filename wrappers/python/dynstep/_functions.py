@@ -12,8 +12,10 @@ from ._compiled import PARAMETERS, recognise
 
 _THUNKS = {kind: _core.python_function(i) for i, kind in enumerate(PARAMETERS)}
 _REORDERED = {"load": _core.python_function(100), "source": _core.python_function(100),
-              "observer": _core.python_function(101)}
-_VECTORS = {"load": 1, "source": 1, "observer": 3}           # vectors of workspace that reordering takes
+              "observer": _core.python_function(101), "event": _core.python_function(102),
+              "action": _core.python_function(103)}
+_VECTORS = {"load": 1, "source": 1, "observer": 3, "event": 2, "action": 2}    # vectors of workspace that reordering takes
+_ANSWERS = "observer", "action"                              # whose results are more than a failure
 _MOST_ARGS = 32
 
 
@@ -51,7 +53,7 @@ class UserFunction:
         read      None, or read(sparse, rows, columns) makes an array of a sparse Jacobian
         """
         if self.compiled is None:
-            retry = () if self.kind == "observer" else OutOfDomain
+            retry = () if self.kind in _ANSWERS else OutOfDomain
             context = [self.fun, self.args, self.name.encode(), rows, pattern, read, order, retry, failure]
             return _THUNKS[self.kind], id(context), context
         address, context = self.compiled.address, self.compiled.context
@@ -62,11 +64,17 @@ class UserFunction:
         return _REORDERED[self.kind], block.ctypes.data, (self.compiled, work, block)
 
 
-def functions(named, user_data, args):
-    """{name: UserFunction or None} of {name: function or None}, which share `user_data` and `args`."""
+def further_arguments(args):
+    """Further arguments as a tuple."""
     args = tuple(args) if isinstance(args, (tuple, list)) else (args,)
     if len(args) > _MOST_ARGS:
         raise ValueError(f"args has {len(args)} entries, at most {_MOST_ARGS} can be passed")
+    return args
+
+
+def functions(named, user_data, args):
+    """{name: UserFunction or None} of {name: function or None}, which share `user_data` and `args`."""
+    args = further_arguments(args)
     found = {name: None if fun is None else UserFunction(name, fun, name, user_data, args)
              for name, fun in named.items()}
     given = [f for f in found.values() if f is not None]

@@ -6,7 +6,7 @@ import threading
 from . import _core
 
 # the codes of dynstep.h that the package looks at
-SUCCESS, MORE = 0, 2
+SUCCESS, MORE, EVENT = 0, 2, 3
 INVALID_INPUT, NO_MEMORY, INCONSISTENT_START, TOO_MANY_STEPS = -1, -6, -7, -8
 
 _ERRORS = {INVALID_INPUT: ValueError, NO_MEMORY: MemoryError}
@@ -33,6 +33,7 @@ class Handle:
         self._kept = {}                  # what must live as long as the library has its address
         self._lock = threading.RLock()
         self._inside = False             # the library is at work
+        self._sides = None               # lock of a system with switches
 
     def __del__(self):
         if self.address:
@@ -53,11 +54,16 @@ class Handle:
         with self:
             if self._inside:
                 raise RuntimeError("an integrator was used from one of its own functions; make another one for that")
+            if self._sides is not None and not self._sides.acquire(blocking=False):
+                raise RuntimeError("a system with switches is used by two runs at once, which share its `side`; make one "
+                                   "for each")
             self._inside = True
             try:
                 result = function(self.address, *arguments)
             finally:
                 self._inside = False
+                if self._sides is not None:
+                    self._sides.release()
             if self.failure[0] is not None:
                 self._raise()
             code = result[0] if type(result) is tuple else result
@@ -74,6 +80,14 @@ class Handle:
         address, context, kept = (0, 0, None) if function is None else function.bind(self.failure, **form)
         self.call(setter, *before, address, context, *arguments)
         self._kept[setter] = kept
+
+    def bind_switches(self, function, side, lock):
+        """Give switches to the library, which writes into `side`; `lock` keeps out other handles of the system."""
+        if function is None:
+            return
+        self._kept["side"] = side
+        self._sides = lock
+        self.bind(_core.dynstep_set_switches, function, side)
 
     @property
     def sizes(self):

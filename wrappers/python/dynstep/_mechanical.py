@@ -11,6 +11,7 @@ from ._constraints import Constraints
 from ._functions import functions
 from ._matrices import declared_kind, order_of, rows_of
 from ._ordering import store_as_given
+from ._switches import Switches
 
 _MASS = 1                                       # enum dynstep_matrix
 
@@ -79,6 +80,23 @@ class MechanicalSystem:
         The order of the band, in place of the library's own search: a permutation of 0, ..., n + m + p - 1, where
         0 ... n - 1 are coordinates, then come `constraint` and `velocity_constraint`.
 
+    switches : callable or compiled function, optional
+        ``switches(t, q, v, *args)`` returns `n_switches` numbers that change their signs at the surfaces where `force` is not
+        smooth: contacts, dead zones, dry friction.  :func:`solve` ends a step at each crossing, for real, and starts anew
+        behind it, so that the accuracy is that of a smooth system.
+    n_switches : int, optional
+        Default: 1, or the size of `side`.
+    side : ndarray of int32, shape (n_switches,), optional
+        Where the library writes +1 or -1, the side of each surface; default: an array of the system's own, the attribute
+        `side`.  A force that asks ``side[i]`` in place of the sign of switch i is smooth inside each step, and it must ask it
+        where it jumps at the surface.  Give an array where compiled functions are to read it, through `user_data`.
+
+    Attributes
+    ----------
+    side : ndarray of int32, shape (n_switches,), or None
+        The present sides.  Runs of one system with switches exclude each other: a second one at the same time, in another thread
+        or inside a function of the first, is a RuntimeError.
+
     Notes
     -----
     Functions are Python functions, or compiled ones: ``numba.cfunc``, a ctypes or cffi function pointer, a PyCapsule,
@@ -120,14 +138,16 @@ class MechanicalSystem:
                  constraint_jacobian=None, constraint_curvature=None, velocity_constraint=None,
                  velocity_jacobian=None, velocity_curvature=None, reaction=None, reaction_jacobian=None,
                  reaction_tangent=None, constraints=None, velocity_constraints=None, constraint_pattern=None,
-                 velocity_pattern=None, equation_order=None):
+                 velocity_pattern=None, equation_order=None, switches=None, n_switches=None, side=None):
         of_constraints = {name: function for name, function in locals().items() if name in CONSTRAINT_NAMES}
         self.n = integer("n", n, 1, LARGEST_INTEGER//2)
         if force is None:
             raise TypeError("force is None, expected a function")
         mass_is_function = mass is not None and (callable(mass) or recognise("mass", mass, "mass") is not None)
         self._functions = functions({"force": force, "mass": mass if mass_is_function else None, "tangent": tangent,
-                                     "energy": energy, **of_constraints}, user_data, args)
+                                     "energy": energy, "switches": switches, **of_constraints}, user_data, args)
+        self._switches = Switches(self._functions["switches"], n_switches, side)
+        self.side = self._switches.side
         self._constraints = Constraints(self.n, self._functions, constraints, velocity_constraints,
                                         constraint_pattern, velocity_pattern, equation_order)
         self._mass_structure = (*declared_kind("mass_kind", mass_kind, self.n), _symmetric("mass", mass_symmetric, mass_kind),
@@ -207,6 +227,7 @@ class MechanicalSystem:
             handle.bind(_core.dynstep_set_tangent, f["tangent"], rows=rows_of(self.n, *self._tangent_structure[:3]))
         if f["energy"] is not None:
             handle.bind(_core.dynstep_set_energy, f["energy"])
+        self._switches.install(handle)
 
     def _install_constraints(self, handle, t, q, v):
         """At the first start of a handle: only then there is a point where functions can be asked for m and p."""

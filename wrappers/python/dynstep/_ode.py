@@ -8,6 +8,7 @@ from ._linear import common_order
 from ._loads import LoadTable
 from ._matrices import declared_kind, rows_of
 from ._ordering import store
+from ._switches import Switches
 
 
 class OdeSystem:
@@ -28,6 +29,9 @@ class OdeSystem:
         What compiled functions get as their context; see :func:`compiled`.
     args : tuple
         Further arguments of the Python functions; what is no tuple or list counts as one argument.
+
+    switches, n_switches, side : optional
+        As for :class:`MechanicalSystem`, with ``switches(t, y, *args)``; a compiled function gets y in q, and NULL in v.
 
     Notes
     -----
@@ -50,11 +54,14 @@ class OdeSystem:
     ordering = None
     first_order = True
 
-    def __init__(self, n, rhs, jacobian=None, *, jacobian_kind="dense", user_data=None, args=()):
+    def __init__(self, n, rhs, jacobian=None, *, jacobian_kind="dense", user_data=None, args=(), switches=None,
+                 n_switches=None, side=None):
         self.n = integer("n", n, 1, LARGEST_INTEGER)
         if rhs is None:
             raise TypeError("rhs is None, expected a function")
-        self._functions = functions({"rhs": rhs, "jacobian": jacobian}, user_data, args)
+        self._functions = functions({"rhs": rhs, "jacobian": jacobian, "switches": switches}, user_data, args)
+        self._switches = Switches(self._functions["switches"], n_switches, side)
+        self.side = self._switches.side
         self._jacobian = declared_kind("jacobian_kind", jacobian_kind, self.n)
 
     def __repr__(self):
@@ -65,6 +72,7 @@ class OdeSystem:
         handle.bind(_core.dynstep_set_rhs, self._functions["rhs"])
         handle.bind(_core.dynstep_set_jacobian, self._functions["jacobian"], *self._jacobian,
                     rows=rows_of(self.n, *self._jacobian))
+        self._switches.install(handle)
 
 
 class LinearOde:

@@ -1,80 +1,37 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What `solve` and `solve_ode` have in common: an interval, its steps, what is recorded of it."""
 
+import re
+
 import numpy as np
 
 from . import _core
-from ._arguments import array, choice, flag, integer, number, vector
+from ._arguments import array, flag, integer, vector
+from ._events import Events
 from ._functions import UserFunction
-from ._handle import SUCCESS, TOO_MANY_STEPS, Handle
+from ._handle import EVENT, SUCCESS, TOO_MANY_STEPS, Handle
 from ._matrices import NOTHING
 from ._progress import Progress
 from ._record import NoRecord, Record
-from ._run import MANY, drive, expected_steps
+from ._run import MANY, drive
 
-
-_CONTROLLERS = {"standard": 1, "pi": 2}
-_IN_FRONT = 1                            # place of the 0.8 of "pi"
-
-
-class EvenSteps:
-    """Steps of one length."""
-
-    def __init__(self, h):
-        self._h = number("h", h)
-
-    def expected(self, t0, t1):
-        """Number of steps, for room and progress."""
-        return expected_steps(t0, t1, self._h)
-
-    def begin(self, handle, t1, every, t_eval):
-        handle.call(_core.dynstep_begin, t1, self._h, every, t_eval)
-
-
-class ControlledSteps:
-    """Steps that follow the error estimate of the method."""
-
-    def __init__(self, tol, controller, h_first, h_max):
-        tol = number("tol", tol)
-        if not tol > 0.0:
-            raise ValueError(f"tol = {tol:g} must be positive")
-        self._control = (tol, choice("controller", controller, _CONTROLLERS), _IN_FRONT,
-                         0.0 if h_first is None else number("h_first", h_first),
-                         0.0 if h_max is None else number("h_max", h_max))
-
-    def expected(self, t0, t1):
-        """None: not known."""
-        return None
-
-    def begin(self, handle, t1, every, t_eval):
-        handle.call(_core.dynstep_begin_controlled, t1, *self._control, t_eval)
-
-
-def choose_steps(h, tol, controller, h_first, h_max, every):
-    """What the arguments ask for."""
-    if (h is None) == (tol is None):
-        raise ValueError("exactly one of h and tol must be given: h for steps of one length, tol for steps that follow the "
-                         "error estimate of the method")
-    if tol is not None:
-        if every != 1:
-            raise ValueError(f"every = {every!r} goes with h; with tol choose points by t_eval")
-        return ControlledSteps(tol, controller, h_first, h_max)
-    if h_first is not None or h_max is not None or choice("controller", controller, _CONTROLLERS) != 1:
-        raise ValueError("controller, h_first and h_max go with tol, not with h")
-    return EvenSteps(h)
+# A library's sentence counts events and switches from 1
+_COUNTED = re.compile(r"\b(event|switch)( function)? (\d+)\b")
 
 
 class Request:
     """The arguments of a run, checked; a context, since progress is shown while it lasts."""
 
-    def __init__(self, t_span, steps, t_eval, every, dense_output, max_steps, progress, observer=None):
+    def __init__(self, t_span, steps, t_eval, every, dense_output, max_steps, progress, observer=None,
+                 events=None, args=()):
         self.t0, self._t1 = _span(t_span)
         self._steps = steps
         self._every = integer("every", every, 0)
         self._t_eval = None if t_eval is None else _times(t_eval, self.t0, self._t1)
         self._dense = flag("dense_output", dense_output)
         self._max_steps = None if max_steps is None else integer("max_steps", max_steps, 1, 2**62)
-        self._observed = observer is not None                    # it may end the run early
+        self.events = Events(events, args)
+        self._may_end_early = observer is not None or bool(self.events)
         self._expected = steps.expected(self.t0, self._t1)
         self._progress = Progress(self._expected) if flag("progress", progress) else None
 
@@ -98,38 +55,74 @@ class Request:
         asked = NOTHING if dense or t_eval is None else t_eval
         nothing = t_eval is not None and t_eval.size == 0 and not dense
         every = 1 if dense else self._every
-        self._steps.begin(handle, self._t1, 0 if nothing else every, asked)
+        code = self._steps.begin(handle, self._t1, 0 if nothing else every, asked)
+        if code != SUCCESS:                                      # such as a tolerance below rounding
+            return self._begin_alone(handle), code
         if nothing:
             record = NoRecord(handle.sizes)
         else:
             expected = MANY if self._expected is None else self._expected
             steps = min(expected, self._max_steps or expected)
             record = Record(handle.sizes, asked.size or steps//(every or steps + 1) + 3,
-                            all_come=not asked.size and self._expected is not None and not self._observed)
-        return record, drive(handle, record, self._max_steps, self._progress)
+                            all_come=not asked.size and self._expected is not None and not self._may_end_early)
+        return record, drive(handle, record, self._max_steps, self._progress, self.events)
+
+    def _begin_alone(self, handle):
+        """A record of the begin, where it is asked for."""
+        if not self.has_begin:
+            return NoRecord(handle.sizes)
+        record = Record(handle.sizes, 1)
+        get = _core.dynstep_get_ode if handle.first_order else _core.dynstep_get
+        _, time, *present = handle.call(get, handle.n)
+        t, q, v, a = record.room()
+        t[0], q[:], a[:] = time, present[0], present[-1]
+        if not handle.first_order:
+            v[:] = present[1]
+        record.add(1, lambda count, m, p: [x.reshape(count, -1) for x in
+                                           handle.call(_core.dynstep_get_multipliers, m, p)[1:]])
+        return record
 
     def choose(self, points, interpolant):
         """(points, sol): those that were asked for, out of what was recorded, and what makes others of them."""
         t, *rest = points
         if not self._dense or not t.size:
             return points, None
-        sol = interpolant(*points)
+        ends = t.size - int(t.size > 1 and t[-1] == t[-2])       # an action at the end changed the state: that before it
+        sol = interpolant(*(x[..., :ends] for x in points))
         if self._t_eval is not None:
             reached = self._t_eval[np.abs(self._t_eval - t[0]) <= abs(t[-1] - t[0])]
             return (reached, *sol._points(reached)), sol
         if self._every == 1:
             return points, sol
-        last = t.size - 1
-        chosen = np.union1d(np.arange(0, t.size, self._every), last) if self._every else np.array([last])
+        chosen = self._each(t)
         return (t[chosen], *(x[:, chosen] for x in rest)), sol
+
+    def _each(self, t):
+        """Places of each `every`-th step and of events, and the last one; 0: the last one alone."""
+        last = t.size - 1
+        if not self._every:
+            return np.array([last])
+        twice = np.zeros(t.size, bool)
+        twice[1:] = np.diff(t) == 0.0
+        twice[:-1] |= twice[1:]
+        at_event = twice | np.isin(t, self._event_times)
+        return np.union1d(np.union1d(np.flatnonzero(~at_event)[::self._every], np.flatnonzero(at_event)), last)
+
+    def outcome(self, handle, system):
+        """Times and states of events, as `Events.outcome` gives them."""
+        found = self.events.outcome(handle, system.ordering)
+        self._event_times = np.concatenate([*found[0], []]) if found[0] is not None else np.empty(0)
+        return found
 
     def message(self, handle, system, code):
         """Sentence for a code."""
+        if code == EVENT:
+            return f"{self.events.last(handle)} ended the run at t = {handle.time:g}"
         return message(handle, system, code, self._max_steps)
 
 
-def make_handle(system, method, observer=None):
-    """A handle for a system and a method."""
+def make_handle(system, method, observer=None, events=None):
+    """A handle for a system and a method; `events` are those of a request."""
     handle = Handle(system.n, system.first_order)
     system._install(handle)
     method._install(handle)
@@ -138,6 +131,8 @@ def make_handle(system, method, observer=None):
         if function.is_python:
             function.fun = _with_one_answer(observer)
         handle.bind(_core.dynstep_set_observer, function, order=system.ordering)
+    if events is not None:
+        events.install(handle, system.ordering)
     return handle
 
 
@@ -158,7 +153,7 @@ def message(handle, system, code, max_steps=None):
         return "the end of the interval was reached"
     if code == TOO_MANY_STEPS:
         return (f"max_steps = {max_steps} steps were made, up to t = {handle.time:g}, before the end of the interval")
-    text = handle.sentence
+    text = _COUNTED.sub(lambda found: f"{'events' if found[1] == 'event' else 'switches'}[{int(found[3]) - 1}]", handle.sentence)
     if code < 0 and system.ordering is not None and "equation" in text:
         text += " (equations are counted in the order of system.ordering)"
     return text

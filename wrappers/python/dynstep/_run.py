@@ -6,7 +6,7 @@ import time
 
 from . import _core
 from ._arguments import LARGEST_INTEGER
-from ._handle import COUNT_NAMES, MORE, TOO_MANY_STEPS
+from ._handle import COUNT_NAMES, EVENT, MORE, TOO_MANY_STEPS
 
 # Seconds in the library between two looks at Ctrl-C.  The time of a step is not known before: steps may get 20 times
 # slower, and the promised second is kept.  The first piece is one step.  More of short ones would cost too much: on a
@@ -23,13 +23,13 @@ def expected_steps(t0, t1, h):
     return math.ceil(min(abs((t1 - t0)/h), MANY)) if h else 0
 
 
-def drive(handle, record, max_steps=None, progress=None):
+def drive(handle, record, max_steps=None, progress=None, events=None):
     """Go on with the run that was begun, to its end or for `max_steps` steps; returns the code."""
     with handle:
-        return _drive(handle, record, max_steps, progress)
+        return _drive(handle, record, max_steps, progress, events)
 
 
-def _drive(handle, record, max_steps, progress):
+def _drive(handle, record, max_steps, progress, events):
     before = _steps(handle)
     made, piece = 0, 1
     while True:
@@ -42,6 +42,8 @@ def _drive(handle, record, max_steps, progress):
         last, made = made, _steps(handle) - before
         if progress is not None:
             progress.show(made)
+        if code == EVENT and events is not None and events.go_on(handle):
+            code = MORE
         if code != MORE:
             return code
         if max_steps is not None and made >= max_steps:

@@ -19,12 +19,15 @@ class _Outcome:
 
     @property
     def success(self):
-        """True where the end was reached, or an observer stopped the run."""
+        """True where the end was reached, or an observer or an event ended the run."""
         return self.status >= 0
 
     def _summary(self, points):
         span = f"t = {self.t[0]:g} to {self.t[-1]:g}, " if self.t.size else ""
         work = ", ".join(f"{name} {number}" for name, number in self.counts.items() if number)
+        met = getattr(self, "t_events", None)
+        if met:
+            work += "\n events: " + ", ".join(str(t.size) for t in met)
         return "\n".join([
             f"message: {self.message}", f"success: {self.success} (status {self.status})",
             f" points: {span}{self.t.size} point(s) of {points}", f" method: {self.method!r}", f" counts: {work}"])
@@ -45,8 +48,12 @@ class Solution(_Outcome):
         What the start found and moved (or would have to move, where it is refused); None without constraints.
     sol : Interpolant or None
         With ``dense_output=True``: ``sol(t)`` gives q, v, a at any time.
+    t_events, q_events, v_events : list of ndarray, or None
+        For each event the times when it was met, shape (k,), and the coordinates and velocities there, before its action,
+        shape (k, n); None where no events were asked for.
     status : int
-        0: the end was reached; 1: an observer stopped the run; < 0: it failed (the codes of `dynstep.h`).
+        0: the end was reached; 1: an observer stopped the run; 3: a terminal event ended it (scipy has 1 for that); < 0: it
+        failed (the codes of `dynstep.h`).
     message : str
         What happened, where, and what helps.
     success : bool
@@ -58,10 +65,11 @@ class Solution(_Outcome):
     """
 
     def __init__(self, t, q, v, a, lam, psi, *, status, message, counts, method, system, sol=None,
-                 start_correction=None):
+                 start_correction=None, events=(None, None, None)):
         super().__init__(status, message, counts, method, system, sol)
         self.t, self.q, self.v, self.a, self.lam, self.psi = t, q, v, a, lam, psi
         self.start_correction = start_correction
+        self.t_events, self.q_events, self.v_events = events
 
     @cached_property
     def constraint_drift(self):
@@ -138,15 +146,19 @@ class OdeSolution(_Outcome):
         y and y'.
     sol : OdeInterpolant or None
         With ``dense_output=True``: ``sol(t)`` gives y at any time, ``sol.derivative(t)`` y'.
+    t_events, y_events : list of ndarray, or None
+        For each event the times when it was met, shape (k,), and y there, before its action, shape (k, n).
     status, message, success, counts
         As in :class:`Solution`; the count `forces` is that of f, or of b(t).
     method, system
         What `solve_ode` was given; a function has become an :class:`OdeSystem`.
     """
 
-    def __init__(self, t, y, yp, *, status, message, counts, method, system, sol=None):
+    def __init__(self, t, y, yp, *, status, message, counts, method, system, sol=None,
+                 events=(None, None)):
         super().__init__(status, message, counts, method, system, sol)
         self.t, self.y, self.yp = t, y, yp
+        self.t_events, self.y_events = events
 
     def plot(self, unknowns=None, of="y", ax=None):
         """Draw unknowns over time.

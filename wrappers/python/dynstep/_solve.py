@@ -9,13 +9,15 @@ from ._interpolant import Interpolant
 from ._linear import LinearSystem
 from ._mechanical import MechanicalSystem
 from ._method_table import method_for
-from ._request import Request, choose_steps, make_handle
+from ._request import Request, make_handle
 from ._solution import Solution
+from ._steps import choose_steps
 
 
-def solve(system, t_span, q0, v0, method=None, *, h=None, tol=None, controller="standard", h_first=None, h_max=None,
-          t_eval=None, every=1, dense_output=False, observer=None, max_steps=None, progress=False):
-    """Motion of a mechanical system over an interval, in steps of one length or by an error estimate.
+def solve(system, t_span, q0, v0, method=None, *, h=None, rtol=None, atol=None, tol=None, controller="standard",
+          h_first=None, h_max=None, h_min=None, t_eval=None, every=1, dense_output=False, events=None, observer=None,
+          max_steps=None, progress=False):
+    """Motion of a mechanical system over an interval, in steps by tolerances, or of one length.
 
     Parameters
     ----------
@@ -28,28 +30,45 @@ def solve(system, t_span, q0, v0, method=None, *, h=None, tol=None, controller="
         Such as ``Newmark()``, ``NewmarkExtrapolation(levels=4)``, ``SOI2(rho_inf=0.8)``, or a shorthand: see
         :func:`methods`.  Default: "newmark-extrapolation"; "soi2" for a system with constraints, "pade" for
         one with feedback.
-    h : float
-        Step length, of the sign of t_span[1] - t_span[0]; give it, or `tol`.  The steps lie at t_span[0] + k*h; the last
-        one is shorter where the interval is no whole number of steps.
+    h : float, optional
+        Step length, of the sign of t_span[1] - t_span[0].  The steps lie at t_span[0] + k*h; the last
+        one is shorter where the interval is no whole number of steps.  Default: steps follow the error estimate of the method,
+        by `rtol` and `atol`; BI, Pade, SOI2, generalized-alpha and extrapolations of two levels or more have an estimate,
+        others are a ValueError.
+    rtol, atol : float, optional
+        A step is good where the root of the mean of (e/(atol + rtol*abs(y)))**2, over all coordinates and velocities y with
+        their estimated errors e, is at most 1; else it is thrown away (``counts["rejections"]``), and a shorter one tried.
+        Errors of steps add up, and the system may magnify them.  Default: 1e-6 and 1e-8.  `atol` may also be an array of
+        shape (2*n,), for [q, v], a tuple ``(q, v)``, or a dictionary with the keys q, v, and with constraints lam, psi, of
+        numbers or (q, v) arrays of shape (n,): ``dict(q=1e-9, v=1e-6, lam=1e-3)``.  Kinds that are left out have 1e-8;
+        multipliers that are left out are not looked at.
     tol : float, optional
-        In place of h: steps follow the error estimate of the method.  A step may have the error tol*max(|y|, 1), |y| the
-        largest of the coordinates and velocities; one with more is thrown away (``counts["rejections"]``) and a shorter
-        one tried.  Errors of steps add up, and the system may magnify them.  BI, Pade, SOI2, generalized-alpha and
-        extrapolations of two levels or more have an estimate; with others this is a ValueError.
+        In place of rtol and atol, the norm of Xie 1995: a step may have the error tol*max(|y|, 1), |y| the
+        largest of the coordinates and velocities.
     controller : "standard" or "pi"
         With `tol`: how the next step follows from the error, Xie 1995, eqs. (3.15) and (3.16).  Where the solution is
         smooth, the estimate settles near 0.4 of what is allowed, with "pi" near 0.04: more steps, smaller errors.
     h_first, h_max : float, optional
-        With `tol`: the first step, of the sign of t_span[1] - t_span[0] (default: 1/128 of the interval), and the longest one
-        (default: 1/16 of it).
+        Without `h`: the first step, of the sign of t_span[1] - t_span[0] (default: chosen; with `tol` 1/128 of the interval), and
+        the longest one (default: the interval; with `tol` 1/16 of it).
+    h_min : float, optional
+        With rtol and atol: where a step would have to be shorter than this, the run ends without success; the last one
+        before the end or an event may be shorter.
     t_eval : array_like, shape (nt,), optional
         Times to record, in the order of the run.  Inside a step q, v, a are interpolated (degree 5), multipliers
         linearly.
     every : int
-        With `h`, without `t_eval`: record the begin, each `every`-th step, and the end; 0: the end alone.  With `tol` each
+        With `h`, without `t_eval`: record the begin, each `every`-th step, and the end; 0: the end alone.  Without `h` each
         step is recorded.
     dense_output : bool
         Record all steps and give ``Solution.sol``, which interpolates between them.
+    events : callable, compiled function, Event, or a list of them, optional
+        ``event(t, q, v)`` returns a number; where it goes through zero inside a step, that step is made again, for real, up to
+        the zero.  As scipy's events these may have attributes: `direction` (> 0: only from minus to plus, < 0: from plus to
+        minus) and `terminal` (True: the run ends there; a number: after so many); and `action`, a function
+        ``action(t, q, v)`` that returns None, or ``(q, v)`` to go on with, or True after it has changed parameters of the
+        system.  Behind a change the method starts anew.  Without `t_eval` the states at events are recorded, those
+        before and behind a change both.  See :class:`Event`.
     observer : callable or compiled function, optional
         ``observer(t, q, v, a)`` sees each step; a true result ends the run.
     max_steps : int, optional
@@ -68,9 +87,9 @@ def solve(system, t_span, q0, v0, method=None, *, h=None, tol=None, controller="
     ValueError, TypeError
         An argument that cannot be; the message names it.
     MemoryError
-        With `h` and without an observer: at once, where the machine's memory cannot hold the points to be recorded.
+        With `h`, without an observer and events: at once, where the machine's memory cannot hold the points to be recorded.
     Exception
-        Whatever a Python function of the system, or the observer, raises.
+        Whatever a Python function of the system, an event, an action, or the observer, raises.
 
     Warns
     -----
@@ -90,22 +109,25 @@ def solve(system, t_span, q0, v0, method=None, *, h=None, tol=None, controller="
     >>> solution = dynstep.solve(system, (0, 10), 1.0, 0.0, h=0.1)
     >>> solution.t.shape, solution.q.shape
     ((101,), (1, 101))
+    >>> float(round(dynstep.solve(system, (0, 10), 1.0, 0.0, rtol=1e-9).q[0, -1], 6))      # cos(2*10)
+    0.408082
     """
     check_mechanical(system)
     method = method_for(system, method)
     q0, v0 = vector("q0", q0, system.n), vector("v0", v0, system.n)
-    steps = choose_steps(h, tol, controller, h_first, h_max, every)
-    request = Request(t_span, steps, t_eval, every, dense_output, max_steps, progress, observer)
+    steps = choose_steps(system, h, rtol, atol, tol, controller, h_first, h_max, h_min, every)
+    request = Request(t_span, steps, t_eval, every, dense_output, max_steps, progress, observer, events)
     with request:
-        handle = make_handle(system, method, observer)
+        handle = make_handle(system, method, observer, request.events)
         code = start(handle, system, request.t0, q0, v0)
         correction = start_correction(handle) if code in (SUCCESS, INCONSISTENT_START) else None
         if code == SUCCESS:
             warn_of_correction(correction, q0, v0, stacklevel=2)
         record, code = request.run(handle, code)
+    met = request.outcome(handle, system)
     points, sol = request.choose(record.finish(system.ordering), Interpolant)
     return Solution(*points, status=code, message=request.message(handle, system, code), counts=handle.counts(),
-                    method=method, system=system, sol=sol, start_correction=correction)
+                    method=method, system=system, sol=sol, start_correction=correction, events=met)
 
 
 def check_mechanical(system):

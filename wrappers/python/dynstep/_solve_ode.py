@@ -12,13 +12,15 @@ from ._linear import LinearSystem
 from ._mechanical import MechanicalSystem
 from ._method_table import as_method
 from ._ode import LinearOde, OdeSystem
-from ._request import Request, choose_steps, make_handle
+from ._request import Request, make_handle
 from ._solution import OdeSolution
+from ._steps import choose_steps
 
 
-def solve_ode(system, t_span, y0, method="bi", *, h=None, tol=None, controller="standard", h_first=None, h_max=None,
-              t_eval=None, every=1, dense_output=False, observer=None, max_steps=None, progress=False, args=()):
-    """Solution of y' = f(t,y) over an interval, in steps of one length or by an error estimate.
+def solve_ode(system, t_span, y0, method="bi", *, h=None, rtol=None, atol=None, tol=None, controller="standard",
+              h_first=None, h_max=None, h_min=None, t_eval=None, every=1, dense_output=False, events=None, observer=None,
+              max_steps=None, progress=False, args=()):
+    """Solution of y' = f(t,y) over an interval, in steps by tolerances, or of one length.
 
     Parameters
     ----------
@@ -30,26 +32,31 @@ def solve_ode(system, t_span, y0, method="bi", *, h=None, tol=None, controller="
         y at the begin; a number where n = 1.
     method : Method or str
         ``BI(...)``, ``BIExtrapolation(...)``, ``Pade(...)``, or a shorthand; see :func:`methods`.
-    h : float
-        Step length, as for :func:`solve`; give it, or `tol`.
+    h : float, optional
+        Step length, as for :func:`solve`.  Default: steps follow the error estimate of the method, by `rtol` and `atol`.
+    rtol, atol : float, optional
+        As for :func:`solve`; `atol` may be an array of shape (n,).  Default: 1e-6 and 1e-8.
     tol : float, optional
-        In place of h: steps follow the error estimate of the method.  A step may have the error tol*max(|y|, 1), |y| the
-        largest component; one with more is thrown away (``counts["rejections"]``) and a shorter
-        one tried.  Errors of steps add up, and the system may magnify them.  BI, BIExtrapolation of two levels or more, and their
-        shorthands have an estimate; Pade has none, a ValueError.
+        In place of rtol and atol, the norm of Xie 1995: a step may have the error tol*max(|y|, 1), |y| the
+        largest component.
     controller : "standard" or "pi"
         With `tol`: how the next step follows from the error, Xie 1995, eqs. (3.15) and (3.16).  Where the solution is
         smooth, the estimate settles near 0.4 of what is allowed, with "pi" near 0.04: more steps, smaller errors.
     h_first, h_max : float, optional
-        With `tol`: the first step, of the sign of t_span[1] - t_span[0] (default: 1/128 of the interval), and the longest one
-        (default: 1/16 of it).
+        Without `h`: the first step, of the sign of t_span[1] - t_span[0] (default: chosen; with `tol` 1/128 of the interval), and
+        the longest one (default: the interval; with `tol` 1/16 of it).
+    h_min : float, optional
+        As for :func:`solve`.
     t_eval, every, dense_output, max_steps, progress
         As for :func:`solve`.  Between the steps y is a polynomial of degree 3, with an error of h^4.
+    events : callable, compiled function, Event, or a list of them, optional
+        ``event(t, y, *args)``, as for :func:`solve`, with actions ``action(t, y, *args)`` that return None, a new y, or True.
+        Compiled ones get y in q, and NULL in v.
     observer : callable or compiled function, optional
         ``observer(t, y, yp)`` sees each step; a true result ends the run.  A compiled one has the signature
         ``dynstep.signature("observer")``, y in q, y' in a, NULL in v.
     args : tuple
-        Further arguments, where `system` is a Python function.
+        Further arguments of Python functions, where `system` is a function; events and their actions get them, too.
 
     Returns
     -------
@@ -62,9 +69,9 @@ def solve_ode(system, t_span, y0, method="bi", *, h=None, tol=None, controller="
     ValueError, TypeError
         An argument that cannot be; the message names it.
     MemoryError
-        With `h` and without an observer: at once, where the machine's memory cannot hold the points to be recorded.
+        With `h`, without an observer and events: at once, where the machine's memory cannot hold the points to be recorded.
     Exception
-        Whatever a Python function of the system, or the observer, raises.
+        Whatever a Python function of the system, an event, an action, or the observer, raises.
 
     Notes
     -----
@@ -77,25 +84,26 @@ def solve_ode(system, t_span, y0, method="bi", *, h=None, tol=None, controller="
     >>> solution = dynstep.solve_ode(lambda t, y: -2*y, (0, 5), 1.0, h=0.1)
     >>> solution.t.shape, solution.y.shape
     ((51,), (1, 51))
-    >>> dynstep.solve_ode(lambda t, y: -2*y, (0, 5), 1.0, tol=1e-6).success
+    >>> dynstep.solve_ode(lambda t, y: -2*y, (0, 5), 1.0, rtol=1e-9).success
     True
     """
     y0 = vector("y0", y0)
     system = _system(system, y0.size, args)
     y0 = vector("y0", y0, system.n)
     method = as_method(method)
-    steps = choose_steps(h, tol, controller, h_first, h_max, every)
-    request = Request(t_span, steps, t_eval, every, dense_output, max_steps, progress, observer)
+    steps = choose_steps(system, h, rtol, atol, tol, controller, h_first, h_max, h_min, every)
+    request = Request(t_span, steps, t_eval, every, dense_output, max_steps, progress, observer, events, args)
     with request:
-        handle = make_handle(system, method, observer)
+        handle = make_handle(system, method, observer, request.events)
         started = handle.call(_core.dynstep_start_ode, request.t0, y0 if system.ordering is None else y0[system.ordering])
         record, code = request.run(handle, started)
     t, y, _, yp, *_ = record.finish(system.ordering)
+    met = request.outcome(handle, system)
     points, sol = request.choose((t, y, yp), OdeInterpolant)
     if started != SUCCESS and request.has_begin:
         points = np.array([request.t0]), y0.reshape(-1, 1).copy(), np.full((system.n, 1), np.nan)
     return OdeSolution(*points, status=code, message=request.message(handle, system, code), counts=handle.counts(),
-                       method=method, system=system, sol=sol)
+                       method=method, system=system, sol=sol, events=met[:2])
 
 
 def _system(system, n, args):
