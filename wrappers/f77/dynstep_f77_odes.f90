@@ -18,7 +18,7 @@ module dynstep_f77_odes
    implicit none
    private
 
-   public :: run_ode
+   public :: run_ode, describe_ode, describe_backinterpolation
 
    abstract interface
       subroutine f77_rhs(n, t, y, yp, rpar, ipar, ierr)
@@ -41,7 +41,7 @@ module dynstep_f77_odes
    end interface
    public :: f77_rhs, f77_jacobian, f77_ode_out
 
-   type, extends(ode_system) :: f77_ode
+   type, extends(ode_system), public :: f77_ode
       procedure(f77_rhs), pointer, nopass :: rhs_external => null()
       procedure(f77_jacobian), pointer, nopass :: jacobian_external => null()   !! null: by differences
       real(wp), pointer, contiguous :: rpar(:) => null()
@@ -51,7 +51,7 @@ module dynstep_f77_odes
       procedure :: jacobian => ode_jacobian
    end type f77_ode
 
-   type, extends(f77_output) :: f77_ode_output
+   type, extends(f77_output), public :: f77_ode_output
       procedure(f77_ode_out), pointer, nopass :: ode_out_external => null()
    contains
       procedure :: record => ode_output_record
@@ -128,8 +128,7 @@ contains
       real(wp) :: span_h
 
       icnt(:10) = 0
-      call check_size(n, status)
-      call check_structure('the Jacobian', at_jacobian, n, iopt, .false., status)
+      call describe_ode(n, f, jac, iopt, rpar, ipar, sys, status)
       call describe_backinterpolation(iopt, ropt, stepper, status)
       call describe_control(h, iopt, ropt, step_control, status)
       span_h = h
@@ -140,14 +139,6 @@ contains
       call describe_output(t, tend, span_h, iopt, ropt, control, wanted, status)
       if (allocated(step_control) .and. allocated(control%t_eval)) step_control%t_eval = control%t_eval
       if (.not. status%failed()) then
-         sys%n = n
-         sys%rhs_external => f
-         if (iopt(at_given) /= 0) sys%jacobian_external => jac
-         sys%jacobian_kind = merge(kind_dense, iopt(at_jacobian), iopt(at_jacobian) == 0)
-         sys%jacobian_kl = iopt(at_jacobian + 1)
-         sys%jacobian_ku = iopt(at_jacobian + 2)
-         sys%rpar => rpar(1:1)
-         sys%ipar => ipar(1:1)
          output%ode_out_external => out
          call stepper%init(sys, status)
       end if
@@ -167,6 +158,29 @@ contains
       idid = status%code
       message = status%message
    end subroutine run_ode
+
+   !> The system, from subroutines and options
+   recursive subroutine describe_ode(n, f, jac, iopt, rpar, ipar, sys, status)
+      integer, intent(in) :: n
+      procedure(f77_rhs) :: f
+      procedure(f77_jacobian) :: jac
+      integer, intent(in) :: iopt(*)
+      real(wp), intent(inout), target :: rpar(*)
+      integer, intent(inout), target :: ipar(*)
+      type(f77_ode), intent(inout) :: sys
+      type(status_type), intent(inout) :: status
+      call check_size(n, status)
+      call check_structure('the Jacobian', at_jacobian, n, iopt, .false., status)
+      if (status%failed()) return
+      sys%n = n
+      sys%rhs_external => f
+      if (iopt(at_given) /= 0) sys%jacobian_external => jac
+      sys%jacobian_kind = merge(kind_dense, iopt(at_jacobian), iopt(at_jacobian) == 0)
+      sys%jacobian_kl = iopt(at_jacobian + 1)
+      sys%jacobian_ku = iopt(at_jacobian + 2)
+      sys%rpar => rpar(1:1)
+      sys%ipar => ipar(1:1)
+   end subroutine describe_ode
 
    recursive subroutine describe_backinterpolation(iopt, ropt, stepper, status)
       integer, intent(in) :: iopt(*)

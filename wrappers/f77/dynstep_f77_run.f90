@@ -5,6 +5,7 @@
 !> procedures here have one, as dummy arguments with TARGET need.
 module dynstep_f77_run
    use dynstep_controlled_run, only: controlled_run_type
+   use dynstep_events, only: event_type
    use dynstep_extrapolation, only: extrapolation_stepper
    use dynstep_f77_options, only: check_levels, check_span, describe_external, describe_levels, describe_linear, &
       & describe_method, describe_output, describe_pade
@@ -202,10 +203,10 @@ contains
 
    !> From `state`, which has t and y, to TEND, by a stepper that is initialised
    recursive subroutine start_and_integrate(sys, stepper, output, state, tend, control, wanted, rpar, ipar, status, &
-      & step_control)
+      & step_control, events)
       class(ode_system), intent(inout) :: sys
       class(stepper_type), intent(inout) :: stepper
-      class(f77_output), intent(inout) :: output          !! with the subroutine OUT
+      class(f77_output), intent(inout), target :: output  !! with the subroutine OUT
       type(state_type), intent(inout) :: state
       real(wp), intent(in) :: tend
       type(control_type), intent(in) :: control
@@ -214,9 +215,11 @@ contains
       integer, intent(inout), target :: ipar(*)
       type(status_type), intent(inout) :: status
       type(step_control_type), intent(in), optional :: step_control   !! steps follow the error estimate; else `control`
+      class(event_type), intent(inout), optional :: events
       type(integration_type), allocatable :: even
       type(controlled_run_type), allocatable :: controlled
       class(run_type), allocatable :: run
+      class(f77_output), pointer :: recorder
       call stepper%start(sys, state, status)
       if (.not. stepper%is_started) return
       if (present(step_control)) then
@@ -231,11 +234,10 @@ contains
       output%n = sys%n
       output%rpar => rpar(1:1)
       output%ipar => ipar(1:1)
-      if (wanted) then
-         call run%proceed(stepper, sys, state, status, recorder=output)
-      else
-         call run%proceed(stepper, sys, state, status)
-      end if
+      ! one that is null is an argument that is not there
+      recorder => null()
+      if (wanted) recorder => output
+      call run%proceed(stepper, sys, state, status, recorder, events=events)
       if (output%stopped) call status%set(dynstep_stopped, 'OUT asked to stop; the run ended at t = '//text(state%t))
    end subroutine start_and_integrate
 
