@@ -293,7 +293,7 @@ contains
          if (self%growth < huge(1.0_wp)) longest = min(longest, self%growth*abs(h))
          ! where a shorter step led to an end, the length before it is not forgotten
          if (verdict%error <= 1.0_wp .and. abs(h) < 0.9_wp*abs(self%h)) then
-            next = sign(max(abs(next), min(abs(self%h), self%growth*abs(h))), h)
+            next = sign(max(abs(next), abs(self%h)), h)
          else if (self%keeps_factors .and. abs(next) > abs(h) .and. abs(next) < worthwhile_growth*abs(h)) then
             next = h
          end if

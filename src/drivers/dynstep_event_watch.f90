@@ -57,6 +57,7 @@ module dynstep_event_watch
       procedure :: evaluate => watch_evaluate
       procedure :: look_at_state => watch_look_at_state
       procedure :: first_zero => watch_first_zero
+      procedure :: take_end => watch_take_end
       procedure :: pass => watch_pass
       procedure :: fire => watch_fire
       procedure :: has_crossed => watch_has_crossed
@@ -396,6 +397,12 @@ contains
          end if
       end do
    end subroutine halve
+
+   !> The values of the last call of `evaluate` are those at the end of the step
+   pure subroutine watch_take_end(self)
+      class(event_watch), intent(inout) :: self
+      self%end_value = self%value
+   end subroutine watch_take_end
 
    !> A step was accepted in which no function went through zero: signs at its end, where they are known there
    pure subroutine watch_pass(self)

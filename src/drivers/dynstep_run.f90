@@ -169,6 +169,9 @@ module dynstep_run
    !> Most real steps to one zero: bisection of any step needs 52
    integer, parameter :: most_trials = 60
 
+   !> Halvings of a step before a zero that does not succeed
+   integer, parameter :: most_halvings = 10
+
 contains
 
    !> What `begin` of an extension does for all: times, checks, storage
@@ -445,6 +448,10 @@ contains
             return
          end if
          call self%try(stepper, sys, state, t, status)
+         if (status%failed() .and. status%retry) then
+            call step_before(self, stepper, sys, state, t, status, events)
+            return
+         end if
          call self%watch%evaluate(sys, t, self%left%y, status, events)
          if (status%failed()) return
          value = self%watch%value(self%which)
@@ -477,7 +484,32 @@ contains
       self%which = 0
       call self%try(stepper, sys, state, t1, status)
       call self%watch%evaluate(sys, t1, self%left%y, status, events)
+      call self%watch%take_end()
    end subroutine step_to_zero
+
+   !> A step to t, before a zero, failed though a longer one did not (an iteration that just converges): half the way is made
+   !> first, without a zero at its end
+   recursive subroutine step_before(self, stepper, sys, state, t, status, events)
+      class(run_type), intent(inout) :: self
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: t
+      type(status_type), intent(inout) :: status
+      class(event_type), intent(inout), optional :: events
+      real(wp) :: part
+      integer :: trial
+      self%which = 0
+      part = 1.0_wp
+      do trial = 1, most_halvings
+         part = 0.5_wp*part
+         call status%clear()
+         call self%try(stepper, sys, state, state%t + part*(t - state%t), status)
+         if (.not. (status%failed() .and. status%retry)) exit
+      end do
+      call self%watch%evaluate(sys, self%left%t, self%left%y, status, events)
+      if (.not. status%failed()) call self%watch%take_end()
+   end subroutine step_before
 
    !> At a state where functions are zero: sides change, events are noted and acted upon, and where something changed the
    !> method starts anew

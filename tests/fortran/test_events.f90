@@ -660,7 +660,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: kinds(5) = [3, 4, 5, 7, 8]
       integer, parameter :: codes(5) = [dynstep_not_finite, dynstep_callback_failed, dynstep_callback_failed, &
-         & dynstep_callback_failed, dynstep_invalid_input]
+         & dynstep_callback_failed, dynstep_not_finite]
       type(point_mass) :: sys
       type(watcher) :: event
       class(stepper_type), allocatable :: stepper
