@@ -419,7 +419,7 @@ static void test_within(void)
     }
     CHECK(dynstep_begin_within(s, 6.0, 0.0, 2, two, 0, 0, 0.01, 0.02, 0, 0, NULL) == 0);
     CHECK(dynstep_proceed(s, 100000, 0, NULL, NULL, NULL, NULL, NULL) == 0);
-    CHECK(dynstep_counts(s, counts) == 0 && counts[DYNSTEP_COUNT_STEPS] >= before + 50);
+    CHECK(dynstep_counts(s, counts) == 0 && counts[DYNSTEP_COUNT_STEPS] >= 50);
     REFUSES(dynstep_begin_within(s, 9.0, 1e-6, 3, three, 0, 0, 0, 0, 0, 0, NULL), DYNSTEP_INVALID_INPUT, "atol has 3 values");
     REFUSES(dynstep_begin_within(s, 9.0, 1e-6, 1, NULL, 0, 0, 0, 0, 0, 0, NULL), DYNSTEP_INVALID_INPUT, "atol is NULL");
     REFUSES(dynstep_begin_within(s, 9.0, 1e-6, -1, three, 0, 0, 0, 0, 0, 0, NULL), DYNSTEP_INVALID_INPUT, "n_atol = -1");

@@ -2,6 +2,7 @@
 !> Flat C interface: runs over an interval, whole or in pieces.  `dynstep.h` describes each
 !> function.
 module dynstep_capi_runs
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_int, c_intptr_t, &
       & c_null_funptr, c_null_ptr, c_ptr
    use dynstep_c_events, only: c_events
@@ -12,7 +13,7 @@ module dynstep_capi_runs
    use dynstep_integrate, only: control_type, integration_type
    use dynstep_kinds, only: long, wp
    use dynstep_status, only: dynstep_invalid_input, dynstep_more, dynstep_success, status_type
-   use dynstep_step_control, only: step_control_type
+   use dynstep_step_control, only: controller_pi, controller_standard, step_control_type
    use dynstep_stepper, only: multiplier_counts
    use dynstep_text, only: text
    implicit none
@@ -91,6 +92,7 @@ contains
       control%tolerance = tolerance
       control%controller = controller
       control%safety_place = safety_place
+      call check_thesis_control(tolerance, controller, s%status)
       control%h_first = h_first
       control%h_max = h_max
       call take_numbers('t_eval', n_eval, t_eval, control%t_eval, s%status)
@@ -124,6 +126,19 @@ contains
       call begin_controlled(s, t_end, control)
       code = s%status%code
    end function dynstep_begin_within
+
+   !> What means something else in a step_control_type; that checks the rest
+   recursive subroutine check_thesis_control(tolerance, controller, status)
+      real(c_double), intent(in) :: tolerance
+      integer(c_int), intent(in) :: controller
+      type(status_type), intent(inout) :: status
+      logical :: is_good
+      is_good = ieee_is_finite(tolerance)
+      if (is_good) is_good = tolerance > 0.0_wp
+      if (.not. is_good) call status%set(dynstep_invalid_input, 'tolerance = '//text(tolerance)//' must be positive')
+      if (controller < controller_standard .or. controller > controller_pi) call status%set(dynstep_invalid_input, &
+         & 'controller = '//text(controller)//' must be 1 (standard) or 2 (PI)')
+   end subroutine check_thesis_control
 
    !> Numbers of the caller; not allocated where there are none
    recursive subroutine take_numbers(name, count, from, numbers, status)
