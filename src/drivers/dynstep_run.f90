@@ -670,6 +670,7 @@ contains
       call state%archive('state', file)
       call file%expect('switches', sys%switches)
       call file%item('side', sys%side)
+      if (file%is_reading .and. .not. file%failed()) call sys%sides_changed()
       call file%section('run')
       call file%item('t_end', self%t_end)
       if (file%is_reading .and. allocated(self%t_eval)) deallocate (self%t_eval)
