@@ -284,10 +284,13 @@ contains
    pure subroutine choose_next(self, h)
       class(controlled_run_type), intent(inout) :: self
       real(wp), intent(in) :: h
-      real(wp) :: next, longest
+      real(wp) :: next, longest, scale
+      ! (3.16) has the errors themselves, not beside what is tolerated of each
+      scale = 1.0_wp
+      if (.not. self%control%is_weighted()) scale = max(maxval(abs(self%left%y)), 1.0_wp)
       associate (verdict => self%verdict)
          next = verdict%h_next
-         if (.not. abs(next) > 0.0_wp) next = self%control%next(h, verdict%error, self%error_before, &
+         if (.not. abs(next) > 0.0_wp) next = self%control%next(h, verdict%error, self%error_before/scale, &
             & 1.0_wp/real(verdict%error_order + 1, wp), self%after_rejection)
          longest = self%longest
          if (self%growth < huge(1.0_wp)) longest = min(longest, self%growth*abs(h))
@@ -298,7 +301,7 @@ contains
             next = h
          end if
          self%h = sign(min(abs(next), longest), h)
-         self%error_before = merge(verdict%error, -1.0_wp, verdict%error > 0.0_wp)
+         self%error_before = merge(verdict%error*scale, -1.0_wp, verdict%error > 0.0_wp)
       end associate
    end subroutine choose_next
 

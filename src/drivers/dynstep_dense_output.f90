@@ -57,6 +57,7 @@ module dynstep_dense_output
       type(state_type), allocatable, private :: nodes(:)   ! 0 .. m + 1, and a trial as the last one
       integer, private :: m = 0                        ! inner steps of the last build
       integer, private :: most = 0                     ! inner steps that there is room for
+      real(wp), private :: h = 0.0_wp                  ! of the last inner steps
       logical, private :: is_tabulated = .false.
    contains
       procedure :: begin => dense_begin
@@ -105,6 +106,7 @@ contains
       self%most = 0
       if (m + p == 0 .and. facts%multiplier_order == 0) self%most = inner_steps(sys, facts%order)
       self%m = 0
+      self%h = 0.0_wp
       self%is_tabulated = .false.
       call self%work%zero()
       allocate (self%nodes(0:self%most + 2), stat=stat)
@@ -162,6 +164,9 @@ contains
 
       before = self%helper%count
       h = (right%t - self%nodes(0)%t)/real(self%m + 1, wp)
+      ! steps of one length, whose ends t are rounded, share their factors
+      if (abs(h - self%h) <= 2.0_wp*spacing(max(abs(right%t), abs(self%nodes(0)%t)))) h = self%h
+      self%h = h
       associate (trial => self%nodes(self%most + 2))
          do k = 1, self%m
             call copy_state(self%nodes(k - 1), self%nodes(k))
@@ -280,6 +285,7 @@ contains
       type(archive_type), intent(inout) :: file
       call file%section('dense output')
       call file%expect('has_helper', allocated(self%helper))
+      call file%item('h', self%h)
       if (allocated(self%helper)) call self%helper%archive(file)
       call file%end_section()
    end subroutine dense_archive

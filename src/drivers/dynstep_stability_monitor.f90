@@ -85,7 +85,7 @@ contains
          self%limit = stepper%stable_limit(0.0_wp, growth, self%omega*abs(h))
          if (self%limit < 0.0_wp .or. self%omega*abs(h) <= self%limit) return
          if (.not. self%is_exact) call find_frequency(self, sys)
-         if (self%damping > 0.0_wp) self%limit = stepper%stable_limit(self%damping, growth)
+         self%limit = stepper%stable_limit(self%damping, growth, self%omega*abs(h))
          if (self%limit < 0.0_wp .or. self%omega*abs(h) <= self%limit) return
          self%warning = 'omega h = '//trim(short(self%omega*abs(h)))//' of the highest frequency is beyond ' &
             & //trim(short(self%limit))//', where the method begins to grow: use fewer levels, h <= ' &

@@ -31,7 +31,7 @@
 module dynstep_extrapolation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: acceleration_solver
-   use dynstep_extrapolation_stability, only: safe_step, stability_limit
+   use dynstep_extrapolation_stability, only: first_growth, stability_limit
    use dynstep_archive, only: archive_type
    use dynstep_error_norm, only: error_norm_type
    use dynstep_kinds, only: long, wp
@@ -589,10 +589,10 @@ contains
       if (status%failed() .or. .not. facts%newmark_beta >= 0.0_wp) return
       if (self%is_controlled) numbers = self%numbers(:self%used)
       if (present(z)) then
-         limit = huge(limit)
-         if (z <= safe_step(numbers, facts%newmark_beta, growth)) return
+         limit = first_growth(numbers, facts%newmark_beta, damping_ratio, growth, z)
+      else
+         limit = stability_limit(numbers, facts%newmark_beta, damping_ratio, growth)
       end if
-      limit = stability_limit(numbers, facts%newmark_beta, damping_ratio, growth)
    end function extrapolation_stable_limit
 
    !> |T(P,1) - T(P-1,1)| over |T(2,1) - T(1,1)|, largest components

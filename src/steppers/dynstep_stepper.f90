@@ -559,7 +559,7 @@ contains
       class(stepper_type), intent(in) :: self
       real(wp), intent(in) :: damping_ratio              !! >= 0; not read where only the limit without damping is known
       real(wp), intent(in) :: growth                     !! > 0
-      real(wp), intent(in), optional :: z                !! omega h of the highest frequency; a limit costs some 10 ms
+      real(wp), intent(in), optional :: z                !! omega h of the highest frequency: a few looks below it are enough
       type(method_properties) :: facts
       facts = self%properties()
       limit = facts%stability_limit

@@ -113,6 +113,7 @@ contains
       real(wp) :: start(2*sys%n)
       start = 0.0_wp
       if (present(y0)) start = y0
+      control%tolerance = 1.0e-6_wp
       control%controller = controller
       control%safety_place = safety_inside
       call integrate_backinterpolation(sys, 0.0_wp, t_end, start, alpha, control, points, count, status, true_sign)
