@@ -169,8 +169,9 @@ module dynstep_run
    !> Most real steps to one zero: bisection of any step needs 52
    integer, parameter :: most_trials = 60
 
-   !> Halvings of a step before a zero that does not succeed
-   integer, parameter :: most_halvings = 10
+   !> Halvings of a step before a zero that does not succeed; of one in which a function refuses its arguments, as it may do
+   !> close behind its zero: where it does so 1e-3 behind it, steps of 1.6 take more than 10
+   integer, parameter :: most_halvings = 10, most_refusals = 30
 
 contains
 
@@ -403,12 +404,20 @@ contains
       type(status_type), intent(inout) :: status
       class(event_type), intent(inout), optional :: events
       real(wp) :: t, t1
+      integer :: trial
 
       self%which = 0
       no_step = .false.
       if (status%failed() .or. self%watch%count == 0) return
-      t1 = self%left%t
-      call self%watch%first_zero(stepper, sys, state, self%left, order, self%which, t, status, events)
+      do trial = 0, most_refusals
+         t1 = self%left%t
+         call self%watch%first_zero(stepper, sys, state, self%left, order, self%which, t, status, events)
+         if (.not. (status%failed() .and. status%retry) .or. trial == most_refusals) exit
+         ! a function refuses the end of the step: half of it
+         call status%clear()
+         call self%try(stepper, sys, state, state%t + 0.5_wp*(t1 - state%t), status)
+         if (status%failed()) exit
+      end do
       if (status%failed()) return
       if (self%which > 0) call step_to_zero(self, stepper, sys, state, t, t1, no_step, status, events)
       if (status%failed() .or. self%which > 0) return

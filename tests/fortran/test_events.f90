@@ -62,6 +62,7 @@ contains
          & new_unittest('sliding', test_sliding), &
          & new_unittest('pieces', test_pieces), &
          & new_unittest('faults', test_faults), &
+         & new_unittest('refusals', test_refusals), &
          & new_unittest('work', test_work)]
    end subroutine collect_events
 
@@ -119,6 +120,9 @@ contains
       case (5)
          s = y(1) - self%level
          if (t > 0.25_wp) ierr = 1
+      case (9)
+         s = y(1) - self%level
+         if (y(1) < self%level - 1.0e-3_wp) ierr = 1
       case default
          s = y(1) - self%level
       end select
@@ -690,6 +694,40 @@ contains
       call check(error, status%code, dynstep_invalid_input)
       call check(error, index(status%message, 'direction') > 0, trim(status%message))
    end subroutine test_faults
+
+   !> A function that refuses its arguments close behind its zero is asked again with shorter steps
+   subroutine test_refusals(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(point_mass) :: sys
+      type(watcher) :: event
+      class(stepper_type), allocatable :: stepper
+      type(integration_type) :: fixed
+      type(controlled_run_type) :: controlled
+      type(step_control_type) :: control
+      type(state_type) :: state
+      type(status_type) :: status
+      integer :: way
+      call new_point(sys, .true.)
+      call new_method(stepper, 6)
+      event%kind = 9
+      event%level = 0.3_wp
+      event%terminal = [.true.]
+      control%rtol = 1.0e-10_wp
+      control%atol = [1.0e-10_wp]
+      do way = 1, 2
+         call start(sys, stepper, state, 1.0_wp, 0.0_wp, status)
+         if (way == 1) then
+            call fixed%begin(sys, state, 2.0_wp, control_type(h=0.25_wp), status)
+            call fixed%proceed(stepper, sys, state, status, events=event)
+         else
+            call controlled%begin(stepper, sys, state, 2.0_wp, control, status)
+            call controlled%proceed(stepper, sys, state, status, events=event)
+         end if
+         call check(error, status%code, dynstep_event, trim(status%message))
+         call check(error, state%t, acos(0.3_wp), 'time', thr=1.0e-9_wp)
+         if (allocated(error)) return
+      end do
+   end subroutine test_refusals
 
    !> An event costs a few steps, and a run without events none
    subroutine test_work(error)
