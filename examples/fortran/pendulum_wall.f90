@@ -139,8 +139,8 @@ program pendulum_wall
             drift = max(drift, 0.5_wp*abs(sum(q**2) - length**2), abs(dot_product(q, v)))
          end associate
       end do
-      print '(a, es7.1, a, i5, a, 3es8.1)', 'rtol = ', control%rtol, ':', path%count, ' points, errors of times, speeds, energy', &
-         & errors(:, j)
+      print '(a, es7.1, a, i5, a, 3es8.1)', 'rtol = ', control%rtol, ':', path%count, &
+         & ' points, errors of times, speeds, energy', errors(:, j)
    end do
    print '(a, es8.1)', 'g and G v up to', drift
    ! order 2 and estimates of order 3: errors fall as rtol^(2/3), here by 21.5; G by differences is right to 1e-12
