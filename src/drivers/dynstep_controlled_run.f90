@@ -345,6 +345,8 @@ contains
          call status%set(dynstep_step_too_small, 'the step length fell to '//text(abs(h))//' at t = '//text(t) &
             & //': the estimated error stays above the tolerance; give a larger one, a smaller h_min, or declare where the ' &
             & //'right side is not smooth')
+         if (max(self%control%atol_lambda, self%control%atol_psi) > 0.0_wp) status%message = trim(status%message) &
+            & //'; the multipliers have tolerances, too'
       end if
    end subroutine too_small
 

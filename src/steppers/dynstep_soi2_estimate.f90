@@ -151,16 +151,18 @@ contains
    end subroutine estimate_larger_kind
 
    !> Size of the errors of multipliers beside what is tolerated, to the power 3/2: they are O(h^2), those of the state
-   !> O(h^3), and a step that is good for both has 1 in both
+   !> O(h^3), and a step that is good for both has 1 in both.  rtol goes with the largest of them: they are solved for
+   !> together, and one that passes zero has the rounding errors of the others.
    pure real(wp) function multiplier_part(norm, atol, error, before, after)
       type(error_norm_type), intent(in) :: norm
       real(wp), intent(in) :: atol                        !! 0: no tolerance is set
       real(wp), intent(in) :: error(:), before(:), after(:)
-      real(wp) :: relative
+      real(wp) :: relative, scale
       multiplier_part = 0.0_wp
       if (.not. atol > 0.0_wp .or. size(error) == 0) return
       relative = merge(norm%tolerance, norm%rtol, norm%kind == norm_largest)
-      multiplier_part = sum((error/(atol + relative*max(abs(before), abs(after))))**2)
+      scale = atol + relative*max(maxval(abs(before)), maxval(abs(after)))
+      multiplier_part = sum((error/scale)**2)
       multiplier_part = (multiplier_part/real(size(error), wp))**0.75_wp
    end function multiplier_part
 end module dynstep_soi2_estimate
