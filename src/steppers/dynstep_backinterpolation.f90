@@ -259,7 +259,14 @@ contains
          call derivative_of(sys, trial, self%half%f1)
          call self%half%forward%end_derivative(self%half%f1)
       end if
-      if (.not. status%failed() .and. allocated(self%linear)) call estimate_linear(self, sys, state, h, trial, status)
+      if (status%failed()) return
+      if (allocated(self%linear)) call estimate_linear(self, sys, state, h, trial, status)
+      if (self%alpha > 0.0_wp .and. self%alpha < 1.0_wp .and. self%is_estimated .and. .not. status%failed()) then
+         call derivative_of(sys, state, self%half%f0)
+         call derivative_of(sys, trial, self%half%f1)
+         if (allocated(self%linear)) self%half%d = trial%y - state%y
+         call self%half%look(h, self%half%d, self%half%f0, self%half%f1)
+      end if
    end subroutine bi_try_step
 
    !> Both halves of a linear step, for the estimate of its error.  Where they leave the range of numbers, there is none.
@@ -361,7 +368,8 @@ contains
    end subroutine bi_advance
 
    !> Of the last trial.  Fehlberg's halves: the sum (or, as listed, the difference) of what their fourth orders differ by.
-   !> Others: the sum of the sizes of both, as those of odd embedded orders would cancel at alpha = 1/2.
+   !> Others: the sum of the sizes of both, as those of odd embedded orders would cancel at alpha = 1/2, and of what they do
+   !> not see.
    recursive subroutine bi_estimate_error(self, error)
       class(backinterpolation_stepper), intent(in) :: self
       real(wp), intent(out) :: error(:)              !! [state_size]
@@ -370,6 +378,7 @@ contains
       if (self%halves == halves_taylor) then
          if (self%alpha > 0.0_wp) call self%half%forward%add_error_size(error)
          if (self%alpha < 1.0_wp) call self%half%backward%add_error_size(error)
+         error = error + abs(self%half%bend)
       else
          if (self%alpha > 0.0_wp) call self%half%forward%add_error(1.0_wp, error)
          ! the backward half ran over -(1 - alpha) h

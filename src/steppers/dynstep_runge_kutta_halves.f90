@@ -6,7 +6,8 @@
 !>
 !>   call half%init(formula, state_size, status)          1 .. 5: that order, formula_fehlberg
 !>   call half%run(sys, t, y, h, solver, d, count, status, [f0])    d = y(t + h) - y; f0 = y'(t) saves an evaluation
-!>   call half%end_derivative(f)                          y'(t + h), where properties%needs_end
+!>   call half%end_derivative(f)                          y'(t + h), where needs_end
+!>   call half%add_end_derivative(factor, x)              x = x + factor*(that)
 !>   call half%add_terms(x)                               x = x + sizes of the terms of d, for a bound of rounding errors
 !>   call half%add_error(factor, x)                       x = x + factor*(fifth minus fourth order, and so on) of the last run
 !>   call half%add_error_size(x)                          x = x + |that|
@@ -33,7 +34,8 @@ module dynstep_runge_kutta_halves
       integer :: stages = 0
       integer :: order = 0                             !! 1 .. 5
       integer :: error_order = 0                       !! of the embedded formula
-      logical :: needs_end = .false.                   !! its error reads y' at the end, see end_derivative
+      logical :: needs_end = .false.                   !! its error, or the look at the whole step, reads y' at the end
+      logical :: is_blind = .false.                    !! its error is zero for y' = f(t) (order 4), or y' = J y (order 5)
       real(wp), private :: a(most_stages, most_stages) = 0.0_wp
       real(wp), private :: b(most_stages) = 0.0_wp     ! weights
       real(wp), private :: c(most_stages) = 0.0_wp     ! times
@@ -45,6 +47,7 @@ module dynstep_runge_kutta_halves
       procedure :: init => half_init
       procedure :: run => half_run
       procedure :: end_derivative => half_end_derivative
+      procedure :: add_end_derivative => half_add_end_derivative
       procedure :: add_terms => half_add_terms
       procedure :: add_error => half_add_error
       procedure :: add_error_size => half_add_error_size
@@ -68,6 +71,7 @@ contains
       self%b = 0.0_wp
       self%e = 0.0_wp
       self%needs_end = .false.
+      self%is_blind = .false.
       self%stages = formula
       self%order = formula
       self%error_order = formula - 1
@@ -135,6 +139,7 @@ contains
       self%e(4) = 1.0_wp/6.0_wp
       self%e(5) = -1.0_wp/6.0_wp
       self%needs_end = .true.
+      self%is_blind = .true.
    end subroutine classical
 
    !> The conditions of order 4 leave one direction free, (-3, 0, 25, -16, -81, 75); here in the multiple that makes the last
@@ -149,6 +154,8 @@ contains
       self%a(6, :4) = [6.0_wp, 36.0_wp, 10.0_wp, 8.0_wp]/75.0_wp
       self%b = [23.0_wp, 0.0_wp, 125.0_wp, 0.0_wp, -81.0_wp, 125.0_wp]/192.0_wp
       self%e(:6) = [-15.0_wp, 0.0_wp, 125.0_wp, -80.0_wp, -405.0_wp, 375.0_wp]/576.0_wp
+      self%needs_end = .true.
+      self%is_blind = .true.
    end subroutine nystroem
 
    !> Appendix A of the thesis, listing bi45
@@ -212,6 +219,14 @@ contains
       real(wp), intent(in) :: f(:)                     !! [state_size]
       self%k(:, self%stages + 1) = f
    end subroutine half_end_derivative
+
+   !> x = x + factor*y' at the end of the last run
+   pure subroutine half_add_end_derivative(self, factor, x)
+      class(runge_kutta_half), intent(in) :: self
+      real(wp), intent(in) :: factor
+      real(wp), intent(inout) :: x(:)                  !! [state_size]
+      x = x + factor*self%k(:, self%stages + 1)
+   end subroutine half_add_end_derivative
 
    !> x = x + |h b_1 y'_1| + |h b_2 y'_2| + ...
    pure subroutine half_add_terms(self, x)

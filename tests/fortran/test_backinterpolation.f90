@@ -54,6 +54,12 @@ module test_backinterpolation
       procedure :: rhs => chain_rhs
    end type reacting_chain
 
+   !> y1' = y2, y2' = -y1, y3' = cos t
+   type, extends(ode_system) :: plain_system
+   contains
+      procedure :: rhs => plain_rhs
+   end type plain_system
+
    type, extends(ode_system) :: van_der_pol
       real(wp) :: mu = 1000.0_wp
    contains
@@ -91,6 +97,7 @@ contains
          & new_unittest('orders-fehlberg', test_orders_fehlberg), &
          & new_unittest('orders-of-mechanics', test_orders_of_mechanics), &
          & new_unittest('error-estimates', test_error_estimates), &
+         & new_unittest('plain-estimates', test_plain_estimates), &
          & new_unittest('symmetry', test_symmetry), &
          & new_unittest('extrapolation', test_extrapolation), &
          & new_unittest('stiff-linear', test_stiff_linear), &
@@ -192,6 +199,15 @@ contains
       f(2:) = f(2:) + self%d*y(:self%n - 1)
       f(:self%n - 1) = f(:self%n - 1) + self%d*y(2:)
    end subroutine chain_rhs
+
+   recursive subroutine plain_rhs(self, t, y, f, ierr)
+      class(plain_system), intent(inout) :: self
+      real(wp), intent(in) :: t, y(:)
+      real(wp), intent(out) :: f(:)
+      integer, intent(out) :: ierr
+      ierr = 0
+      f = [y(2), -y(1), cos(t)]
+   end subroutine plain_rhs
 
    recursive subroutine van_der_pol_rhs(self, t, y, f, ierr)
       class(van_der_pol), intent(inout) :: self
@@ -613,6 +629,45 @@ contains
          end do
       end do
    end subroutine test_error_estimates
+
+   !> What the halves' own errors do not see, f(t) with order 4 and J y with order 5: the estimate of each component falls like
+   !> h^4 or h^5, and is not smaller than the error
+   subroutine test_plain_estimates(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(plain_system) :: sys
+      type(backinterpolation_stepper) :: stepper
+      type(state_type) :: state, trial
+      type(status_type) :: status
+      real(wp) :: estimate(3, 2), missed(3), h, slope
+      character(len=80) :: words
+      integer :: p, q, k, i
+      sys%n = 3
+      do p = 4, 5
+         do q = 4, 5
+            stepper%p = p
+            stepper%q = q
+            stepper%alpha = merge(0.5_wp, 0.44_wp, p == q)
+            do k = 1, 2
+               call stepper%init(sys, status)
+               state%t = 0.3_wp
+               state%y = [sin(0.3_wp), cos(0.3_wp), sin(0.3_wp)]
+               call stepper%start(sys, state, status)
+               trial = state
+               h = 0.2_wp/k
+               call stepper%try_step(sys, state, h, 0.3_wp + h, trial, status)
+               call stepper%estimate_error(estimate(:, k))
+               missed = abs(trial%y - [sin(0.3_wp + h), cos(0.3_wp + h), sin(0.3_wp + h)])
+               call check(error, .not. status%failed(), status%message)
+               call check(error, all(abs(estimate(:, k)) >= missed), 'no error is overlooked')
+            end do
+            do i = 1, 3
+               slope = log(abs(estimate(i, 1)/estimate(i, 2)))/log(2.0_wp)
+               write (words, '("orders ", i1, i2, ", component ", i1, ": ", f6.3)') p, q, i, slope
+               call check(error, slope > 3.7_wp .and. slope < 5.3_wp, words)
+            end do
+         end do
+      end do
+   end subroutine test_plain_estimates
 
    !> A symmetric method goes back to where it came from, to the rounding errors of the iteration
    subroutine test_symmetry(error)
