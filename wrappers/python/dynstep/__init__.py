@@ -10,7 +10,7 @@ Systems: `LinearSystem`, `MechanicalSystem`, of first order `LinearOde`, `OdeSys
 Methods: `Newmark`, `Midpoint`, `NewmarkExtrapolation`, `MidpointExtrapolation`, `GeneralizedAlpha`, `BI`,
 `BIExtrapolation`, `Pade`, and for constraints `SOI2`, `HHT`; `methods()` shows their facts.
 `solve` and `solve_ode` integrate over an interval, `Integrator` makes one step at a time.  `stability_domain`,
-`accuracy_domain`, `damping_frequency` look into a method.
+`accuracy_domain`, `damping_frequency` look into a method.  `dynstep.scipy` has methods for `scipy.integrate.solve_ivp`.
 """
 
 from ._alpha_methods import HHT, SOI2, GeneralizedAlpha
@@ -47,3 +47,11 @@ __all__ = [
     "Solution", "StabilityDomain", "StartCorrected", "StartCorrection", "accuracy_domain", "alpha_windows",
     "banded", "check_system", "compiled", "damping_frequency", "ground_motion", "methods", "read_at2", "signature",
     "solve", "solve_ode", "spectral_radius", "stability_domain", "stability_function"]
+
+
+def __getattr__(name):
+    """dynstep.scipy, which needs scipy, is imported where it is asked for."""
+    if name == "scipy":
+        from importlib import import_module
+        return import_module(".scipy", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
