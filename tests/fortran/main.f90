@@ -50,6 +50,7 @@ program tester
    use test_systems, only: collect_systems
    use test_text, only: collect_text
    use test_order_control, only: collect_order_control
+   use test_proportionality, only: collect_proportionality
    use test_work, only: collect_work
    use testing, only: new_testsuite, run_tests
    implicit none
@@ -95,6 +96,7 @@ program tester
       & new_testsuite('constraints', collect_constraints), &
       & new_testsuite('check_constraints', collect_check_constraints), &
          & new_testsuite('order_control', collect_order_control), &
+         & new_testsuite('proportionality', collect_proportionality), &
       & new_testsuite('work', collect_work), &
       & new_testsuite('drivers', collect_drivers), &
       & new_testsuite('dense_output', collect_dense_output), &
