@@ -321,6 +321,8 @@ def test_failure_is_told(solver):
     assert 0.99 < result.t[-1] <= 1.0 + 1e-6 and "t = " in result.message and np.isfinite(result.y).all()
     never = solve_ivp(lambda t, y: np.full(1, np.nan), (0, 1), [1.0], method=solver)
     assert not never.success and never.t.size == 1 and "t = 0" in never.message
+    behind = solve_ivp(lambda t, y: np.full(1, np.nan if t > 0 else 1.0), (0, 1), [1.0], method=solver)
+    assert not behind.success and behind.t.size == 1 and "t = 0" in behind.message and "begin" not in behind.message
     short = solve_ivp(lambda t, y: -50*np.sin(50*t)*y, (0, 1), [1.0], method=solver, min_step=0.5, rtol=1e-8)
     assert not short.success and short.message
 
@@ -361,12 +363,13 @@ def test_options():
         run(BIExtrapolation, levels=0)
 
 
-@pytest.mark.parametrize("solver, order", ((BI44, 4), (BI45, 4), (BI55, 6)))
-def test_order_of_dense_output(solver, order):
+@pytest.mark.parametrize("solver, options, order", ((BI44, {}, 4), (BI45, {}, 4), (BI55, {}, 6),
+                                                    (BIExtrapolation, {"levels": 2}, 6)))
+def test_order_of_dense_output(solver, options, order):
     """Steps of one length, loose tolerances: the largest error between the steps falls like h^order."""
     def error(h):
         result = solve_ivp(lambda t, y: [y[1], -np.sin(y[0])], (0, 4), [1.0, 0.5], method=solver, rtol=1.0, atol=1.0, first_step=h,
-                           max_step=h, dense_output=True)
+                           max_step=h, dense_output=True, **options)
         assert result.t.size == round(4/h) + 1
         times = np.linspace(0, 4, 333)
         return np.abs(result.sol(times) - exact.sol(times)).max()

@@ -100,11 +100,13 @@ class _Solver(OdeSolver):
         self._system = OdeSystem(self.n, _inside(self, self.fun), _inside(self, _checked_jacobian(self, jac)),
                                  jacobian_kind="dense" if self._band is None else self._band)
         self._handle = make_handle(self._system, self._method)
-        if self._handle.call(_core.dynstep_start_ode, float(t0), self.y) != SUCCESS:
-            self._begin_error = message(self._handle, self._system, -1)
+        code = self._handle.call(_core.dynstep_start_ode, float(t0), self.y)
+        if code == SUCCESS:
+            end = t_bound if np.isfinite(t_bound) else self.direction*_FAR
+            code = self._handle.call(_core.dynstep_begin_within, float(end), *self._control, NOTHING)
+        if code != SUCCESS:
+            self._begin_error = message(self._handle, self._system, code)
             return
-        end = t_bound if np.isfinite(t_bound) else self.direction*_FAR
-        self._handle.call(_core.dynstep_begin_within, float(end), *self._control, NOTHING)
         self._yp = self._handle.call(_core.dynstep_get_ode, self.n)[3]
 
     def _step_impl(self):
@@ -160,12 +162,15 @@ class _Solver(OdeSolver):
         return method.base.properties.order + 2*(levels - 1)
 
 
+_PARAMETERS = _Solver.__doc__.partition("one for each call of `step`.\n")[2]
+
+
 class BI(_Solver):
     __doc__ = f"""Backinterpolation; **options are `order`, `alpha`, `halves` and `newton` of :class:`dynstep.BI`.
 
     Its steps are those of an explicit method twice, and |h J| of some tens is the most that their iteration bears where f is not
     linear: for stiffer problems with a nonlinear f take scipy's Radau.
-{_Solver.__doc__.partition("one for each call of `step`.")[2]}"""
+{_PARAMETERS}"""
 
     _options = tuple(signature(_BI).parameters)
 
@@ -200,7 +205,7 @@ class BI55(BI44):
 
 class BIExtrapolation(_Solver):
     __doc__ = f"""Extrapolation of :class:`BI44`; **options are those of :class:`dynstep.BIExtrapolation`.
-{_Solver.__doc__.partition("one for each call of `step`.")[2]}"""
+{_PARAMETERS}"""
 
     _options = tuple(signature(_BIExtrapolation).parameters)
 
