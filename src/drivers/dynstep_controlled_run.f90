@@ -249,7 +249,8 @@ contains
       do trial = 1, most_trials
          h = self%h
          t1 = state%t + h
-         if (abs(h) >= abs(self%t_end - state%t)) then
+         ! no last step of a few units of rounding
+         if (abs(h) >= abs(self%t_end - state%t) - 4.0_wp*spacing(max(abs(state%t), abs(self%t_end)))) then
             t1 = self%t_end
          else if (.not. abs(h) > max(self%control%h_min, 2.0_wp*spacing(state%t))) then
             exit
