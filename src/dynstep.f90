@@ -48,6 +48,7 @@ module dynstep
    use dynstep_rolling_disk, only: rolling_disk
    use dynstep_sequences, only: most_levels, sequence_automatic, sequence_bulirsch, sequence_custom, sequence_double_harmonic, &
       & sequence_harmonic, sequence_romberg
+   use dynstep_restored_run, only: restore_run
    use dynstep_run, only: observer_type, run_type
    use dynstep_shear_building, only: shear_building
    use dynstep_slider_crank, only: slider_crank

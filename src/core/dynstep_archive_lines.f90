@@ -46,6 +46,7 @@ module dynstep_archive_lines
       procedure :: rest => lines_rest
       procedure :: refuse => lines_refuse
       procedure :: finish => lines_finish
+      procedure :: leave => lines_leave
       procedure :: is_done => lines_is_done
    end type archive_lines
 
@@ -275,6 +276,12 @@ contains
       call close_unit(self, stat)
       if (stat /= 0) call self%refuse('could not be closed')
    end subroutine lines_finish
+
+   !> Close a file of which no more is to be read
+   subroutine lines_leave(self)
+      class(archive_lines), intent(inout) :: self
+      if (.not. self%is_done()) call close_unit(self)
+   end subroutine lines_leave
 
    !> Is all of it there?  gfortran 12 tells neither in WRITE nor in FLUSH or CLOSE that a disk is full.  The length comes
    !> first: a device may have no end.

@@ -38,6 +38,9 @@ module dynstep_controlled_run
 
    public :: integrate_controlled
 
+   !> Section of a checkpoint
+   character(len=*), parameter, public :: steps_by_error = 'steps by error'
+
    type, extends(run_type), public :: controlled_run_type
       type(step_control_type) :: control
       real(wp) :: h = 0.0_wp                             !! length of the next trial
@@ -354,7 +357,7 @@ contains
    recursive subroutine controlled_archive_parts(self, file)
       class(controlled_run_type), intent(inout) :: self
       type(archive_type), intent(inout) :: file
-      call file%section('steps by error')
+      call file%section(steps_by_error)
       call self%control%archive(file)
       if (file%is_reading) self%norm = self%control%norm()
       call file%item('h', self%h)

@@ -48,6 +48,7 @@ module dynstep_dense_output
    integer, parameter :: most_inner_steps = 7
 
    !> Trials of one inner step that a method with its own choice of order may take
+   integer, parameter :: most_parts = 64      ! of a step inside that does not meet the tolerance
    integer, parameter :: most_trials = 4
 
    type, public :: dense_output_type
@@ -84,8 +85,8 @@ contains
       inner_steps = min(max(0, inner_steps), most_inner_steps)
    end function inner_steps
 
-   !> Copy a stepper that is started on `sys` (and prepared, where steps are chosen by a norm).  Allocates for the order that
-   !> the method states.
+   !> Copy a stepper that is started on `sys` (and prepared, where steps are chosen by a norm).  Allocates for the highest
+   !> order that the method may choose.
    recursive subroutine dense_begin(self, stepper, sys, status)
       class(dense_output_type), intent(inout) :: self
       class(stepper_type), intent(in) :: stepper
@@ -104,7 +105,7 @@ contains
       facts = stepper%properties()
       call multiplier_counts(sys, m, p)
       self%most = 0
-      if (m + p == 0 .and. facts%multiplier_order == 0) self%most = inner_steps(sys, facts%order)
+      if (m + p == 0 .and. facts%multiplier_order == 0) self%most = inner_steps(sys, max(facts%order, facts%highest_order))
       self%m = 0
       self%h = 0.0_wp
       self%is_tabulated = .false.
@@ -169,18 +170,48 @@ contains
       self%h = h
       associate (trial => self%nodes(self%most + 2))
          do k = 1, self%m
-            call copy_state(self%nodes(k - 1), self%nodes(k))
-            if (present(norm)) then
-               call try_inside(self%helper, sys, self%nodes(k), h, self%nodes(0)%t + real(k, wp)*h, norm, trial, status)
-            else
-               call self%helper%try_step(sys, self%nodes(k), h, self%nodes(0)%t + real(k, wp)*h, trial, status)
-            end if
+            associate (t1 => self%nodes(0)%t + real(k, wp)*h)
+               if (present(norm)) then
+                  call step_within(self%helper, sys, self%nodes(k - 1), t1, norm, self%nodes(k), trial, status)
+               else
+                  call copy_state(self%nodes(k - 1), self%nodes(k))
+                  call self%helper%try_step(sys, self%nodes(k), h, t1, trial, status)
+                  if (.not. status%failed()) call self%helper%accept(self%nodes(k), trial)
+               end if
+            end associate
             if (status%failed()) exit
-            call self%helper%accept(self%nodes(k), trial)
          end do
       end associate
       self%work = difference(self%helper%count, before)
    end subroutine step_inside
+
+   !> From `left` to t1 within the tolerance: in halves, quarters, ... where one step does not meet it.  An order that was
+   !> chosen for other steps may be too low for one of this length.
+   recursive subroutine step_within(helper, sys, left, t1, norm, state, trial, status)
+      class(stepper_type), intent(inout) :: helper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: left
+      real(wp), intent(in) :: t1
+      type(error_norm_type), intent(in) :: norm
+      type(state_type), intent(inout) :: state, trial     !! its end, workspace
+      type(status_type), intent(inout) :: status
+      real(wp) :: h, t
+      integer :: parts, i
+      parts = 1
+      do
+         call copy_state(left, state)
+         h = (t1 - left%t)/real(parts, wp)
+         do i = 1, parts
+            t = t1 - real(parts - i, wp)*h
+            call try_inside(helper, sys, state, h, t, norm, trial, status)
+            if (status%failed()) exit
+            call helper%accept(state, trial)
+         end do
+         if (.not. (status%failed() .and. status%retry) .or. parts >= most_parts) return
+         call status%clear()
+         parts = 2*parts
+      end do
+   end subroutine step_within
 
    !> A step whose length is given: the method may raise its order from trial to trial.  Where it does not, one that is
    !> complete is taken with an estimate above 1, as the step that contains it was good.

@@ -35,6 +35,9 @@ module dynstep_integrate
 
    public :: integrate
 
+   !> Section of a checkpoint
+   character(len=*), parameter, public :: steps_of_one_length = 'steps of one length'
+
    !> What a run with steps of one length is asked to do
    type, public :: control_type
       real(wp) :: h = 0.0_wp                 !! step length, of the sign of t_end - t
@@ -367,7 +370,7 @@ contains
    recursive subroutine integration_archive_parts(self, file)
       class(integration_type), intent(inout) :: self
       type(archive_type), intent(inout) :: file
-      call file%section('steps of one length')
+      call file%section(steps_of_one_length)
       call file%item('h', self%control%h)
       call file%item('every', self%control%every)
       call self%clock%archive('clock', file)

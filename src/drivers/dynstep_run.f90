@@ -75,6 +75,7 @@ module dynstep_run
       procedure :: next_time => run_next_time
       procedure :: checkpoint => run_checkpoint
       procedure :: restore => run_restore
+      procedure :: recorded_points => run_recorded_points
       procedure(archive_interface), deferred :: archive_parts
       procedure(make_steps_interface), deferred :: make_steps
       procedure(try_interface), deferred :: try
@@ -232,8 +233,7 @@ contains
          call status%set(dynstep_invalid_input, 'max_steps = '//text(allowed)//' must be 0 or more')
          return
       end if
-      if (self%is_restored) call self%watch%resume(sys, status, events)
-      self%is_restored = .false.
+      if (self%is_restored) call take_up(self, stepper, sys, state, status, recorder, events)
       if (status%failed()) return
       if (self%fresh) call open_run(self, stepper, sys, state, status, recorder, events)
       do while (.not. self%finished(state) .and. .not. status%failed())
@@ -292,6 +292,37 @@ contains
          self%next = self%next + 1
       end do
    end subroutine open_run
+
+   !> First call behind `restore`.  A run that recorded nothing before may record now: times of t_eval that lie behind it are
+   !> left out then.
+   recursive subroutine take_up(self, stepper, sys, state, status, recorder, events)
+      class(run_type), intent(inout) :: self
+      class(stepper_type), intent(inout) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: state
+      type(status_type), intent(inout) :: status
+      class(recorder_type), intent(inout), optional :: recorder
+      class(event_type), intent(inout), optional :: events
+      self%is_restored = .false.
+      call self%watch%resume(sys, status, events)
+      if (status%failed() .or. self%fresh) return
+      call self%monitor%begin(stepper, sys)
+      if (self%has_dense .or. .not. present(recorder)) return
+      self%has_dense = self%keeps_nodes .or. allocated(self%t_eval)
+      if (self%has_dense) call self%dense%begin(stepper, sys, status)
+      if (.not. allocated(self%t_eval)) return
+      do while (self%next <= size(self%t_eval))
+         if ((self%t_eval(self%next) - state%t)*sign(1.0_wp, self%t_end - state%t) > 0.0_wp) exit
+         self%next = self%next + 1
+      end do
+   end subroutine take_up
+
+   !> Points that were recorded, as `steps_for` wants them; without t_eval 1 stands for any number
+   pure integer(long) function run_recorded_points(self)
+      class(run_type), intent(in) :: self
+      run_recorded_points = merge(0, 1, self%fresh)
+      if (allocated(self%t_eval)) run_recorded_points = self%next - 1
+   end function run_recorded_points
 
    !> The first of t_eval that is not recorded; the end of the run where there is none
    pure real(wp) function run_next_time(self)

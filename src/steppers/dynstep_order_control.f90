@@ -30,7 +30,7 @@ module dynstep_order_control
    use dynstep_error_norm, only: error_norm_type, norm_largest
    use dynstep_kinds, only: wp
    use dynstep_sequences, only: most_levels
-   use dynstep_status, only: dynstep_invalid_input, status_type
+   use dynstep_status, only: dynstep_tolerance_too_small, status_type
    use dynstep_text, only: text
    implicit none
    private
@@ -165,7 +165,7 @@ contains
       class(order_control), intent(in) :: self
       real(wp), intent(in) :: ratio                      !! by what the tolerance is too small
       type(status_type), intent(inout) :: status
-      call status%set(dynstep_invalid_input, 'the tolerance '//text(self%tolerance)//' cannot be met at t = '//text(self%t) &
+      call status%set(dynstep_tolerance_too_small, 'the tolerance '//text(self%tolerance)//' cannot be met at t = '//text(self%t) &
          & //': rounding errors leave '//text(ratio*self%tolerance)//' within reach of an extrapolation; give that or more')
    end subroutine unattainable
 

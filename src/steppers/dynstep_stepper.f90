@@ -84,6 +84,7 @@ module dynstep_stepper
       character(len=32) :: name = ''
       character(len=64) :: source = ''        !! paper and equation
       integer :: order = 0                    !! of q and v (of y)
+      integer :: highest_order = 0            !! of a method that chooses it step by step; 0: it has one order
       integer :: acceleration_order = 0       !! of a
       integer :: multiplier_order = 0         !! of lambda and psi; 0: takes no constraints
       integer :: error_order = 0              !! of the embedded error estimate; 0: none
