@@ -17,16 +17,19 @@ module dynstep_c_assembly
 
 contains
 
-   !> Make s%sys, s%stepper and room for the state; no work where they fit the settings already
+   !> Make s%sys, s%stepper and room for the state; no work where they fit the settings already.  A stepper that was prepared
+   !> for the tolerances of a run is made anew.
    recursive subroutine assemble(s)
       type(integrator_type), intent(inout), target :: s
-      if (s%assembled) return
+      if (s%assembled .and. .not. s%is_tuned) return
       call assemble_system(s)
       if (s%status%failed()) return
       call build_method(s%method, s%stepper)
       call s%stepper%init(s%sys, s%status)
       call allocate_state(s%sys, s%state, s%status)
       s%assembled = .not. s%status%failed()
+      s%is_tuned = .false.
+      s%restored_steps = 0
    end subroutine assemble
 
    !> Start at time t, from s%state%y

@@ -20,7 +20,7 @@ module dynstep_c_handle
    use dynstep_c_systems, only: c_linear_system, c_observer, c_system
    use dynstep_flat_method, only: base_backinterpolation, method_settings
    use dynstep_run, only: run_type
-   use dynstep_kinds, only: wp
+   use dynstep_kinds, only: long, wp
    use dynstep_matrix, only: identity_matrix, matrix_type, zero_matrix
    use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_in_use, dynstep_invalid_handle, dynstep_invalid_input, dynstep_success, status_type
@@ -60,6 +60,9 @@ module dynstep_c_handle
       logical :: running = .false.               !! a run was begun
       class(run_type), allocatable :: run        !! with steps of one length, or steps that follow an error estimate
       type(point_buffer) :: points
+      logical :: wants_nodes = .false.           !! runs that are begun record points inside steps, too
+      logical :: is_tuned = .false.              !! the stepper was prepared for tolerances
+      integer(long) :: restored_steps = 0        !! that were made before a checkpoint
       integer :: recording = 0                   !! of this run: 1 yes, -1 no, 0 not known yet
       type(status_type) :: held                  !! outcome that waits for its points
       type(status_type) :: status

@@ -6,15 +6,15 @@ module dynstep_capi_alpha
    use dynstep_c_handle, only: change, check_started, integrator_type, reach
    use dynstep_c_text, only: put_text
    use dynstep_flat_method, only: base_generalized_alpha, base_soi2
-   use dynstep_soi2, only: mass_recomputed, mass_stored, soi2_stepper, start_keep, start_project, start_report, &
-      & variant_index3, variant_soi2
+   use dynstep_soi2, only: estimate_larger, estimate_raw, mass_recomputed, mass_stored, soi2_stepper, start_keep, &
+      & start_project, start_report, variant_index3, variant_soi2
    use dynstep_status, only: dynstep_invalid_input, dynstep_success
    use dynstep_text, only: text
    implicit none
    private
 
    public :: dynstep_set_generalized_alpha, dynstep_set_soi2, dynstep_set_alpha_options
-   public :: dynstep_set_start, dynstep_start_report, dynstep_redundant_constraints
+   public :: dynstep_set_estimate, dynstep_set_start, dynstep_start_report, dynstep_redundant_constraints
 
 contains
 
@@ -77,6 +77,21 @@ contains
       end associate
       call change(s)
    end function dynstep_set_alpha_options
+
+   recursive function dynstep_set_estimate(handle, estimate) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: estimate
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (estimate < estimate_larger .or. estimate > estimate_raw) call s%status%set(dynstep_invalid_input, 'estimate = ' &
+         & //text(estimate)//' must be 1 (larger), 2 (projected) or 3 (raw)')
+      code = s%status%code
+      if (code /= dynstep_success) return
+      s%method%alpha%estimate = estimate
+      call change(s)
+   end function dynstep_set_estimate
 
    recursive function dynstep_set_start(handle, mode) result(code) bind(c)
       integer(c_intptr_t), value :: handle

@@ -17,7 +17,8 @@ module dynstep_capi_methods
    implicit none
    private
 
-   public :: dynstep_set_newmark, dynstep_set_midpoint, dynstep_set_extrapolation, dynstep_set_newton
+   public :: dynstep_set_newmark, dynstep_set_midpoint, dynstep_set_extrapolation, dynstep_set_order_control
+   public :: dynstep_set_newton
    public :: dynstep_properties, dynstep_stability_limit, dynstep_tableau
 
    !> DYNSTEP_FACTS of dynstep.h
@@ -80,8 +81,8 @@ contains
             call s%status%set(dynstep_invalid_input, 'ncustom = '//text(ncustom)//' numbers are not enough for levels = ' &
                & //text(levels))
          else if (levels <= most_levels) then
-            ! no more than are used are read
-            call c_f_pointer(custom, given, [levels])
+            ! no more than may be used are read
+            call c_f_pointer(custom, given, [min(ncustom, most_levels)])
             own = given
          end if
       end if
@@ -93,6 +94,22 @@ contains
       call move_alloc(own, s%method%custom)
       call change(s)
    end function dynstep_set_extrapolation
+
+   recursive function dynstep_set_order_control(handle, vary, max_levels) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: vary, max_levels
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (vary /= 0 .and. (max_levels < 2 .or. max_levels > most_levels)) call s%status%set(dynstep_invalid_input, &
+         & 'max_levels = '//text(max_levels)//' must be 2 to '//text(most_levels))
+      code = s%status%code
+      if (code /= dynstep_success) return
+      s%method%vary_order = vary /= 0
+      if (vary /= 0) s%method%max_levels = max_levels
+      call change(s)
+   end function dynstep_set_order_control
 
    recursive function dynstep_set_newton(handle, limit, halvings, tolerance) result(code) bind(c)
       integer(c_intptr_t), value :: handle
@@ -184,17 +201,18 @@ contains
       integer(c_int), pointer :: to_numbers(:)
       real(wp), allocatable :: t(:, :, :)
       integer, allocatable :: k(:)
+      integer :: rows
 
       code = reach(handle, s)
       if (code /= dynstep_success) return
       if (.not. s%started .or. s%method%levels < 1) then
          call s%status%set(dynstep_invalid_input, 'there is no table: set an extrapolation, start, and make a step')
-      else if (s%stepper%count%steps < 1) then
+      else if (s%stepper%count%steps <= s%restored_steps) then
          call s%status%set(dynstep_invalid_input, 'there is no table before the first step')
       else if (size /= s%sys%state_size()) then
          call s%status%set(dynstep_invalid_input, 'size = '//text(size)//' must be '//text(s%sys%state_size()) &
             & //', the length of the state')
-      else if (levels /= s%method%levels) then
+      else if (levels /= s%method%levels .and. .not. s%method%vary_order .or. levels < 1) then
          call s%status%set(dynstep_invalid_input, 'levels = '//text(levels)//', but the extrapolation has ' &
             & //text(s%method%levels))
       else if (.not. (c_associated(table) .and. c_associated(numbers))) then
@@ -207,8 +225,16 @@ contains
       select type (stepper => s%stepper)
       class is (extrapolation_stepper)
          call stepper%get_tableau(t, k)
-         to_table = t
-         to_numbers = k
+         rows = ubound(k, 1)
+         if (rows > levels) then
+            call s%status%set(dynstep_invalid_input, 'levels = '//text(levels)//', but the last step has '//text(rows))
+         else
+            to_table = 0.0_wp
+            to_table(:, :rows, :rows) = t
+            to_numbers = 0
+            to_numbers(:rows) = k
+         end if
       end select
+      code = s%status%code
    end function dynstep_tableau
 end module dynstep_capi_methods

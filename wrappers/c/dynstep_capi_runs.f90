@@ -8,6 +8,7 @@ module dynstep_capi_runs
    use dynstep_c_events, only: c_events
    use dynstep_c_handle, only: check_started, integrator_type, reach, tell_sides
    use dynstep_c_points, only: point_buffer
+   use dynstep_c_text, only: put_text
    use dynstep_c_systems, only: c_observer, c_observer_function
    use dynstep_controlled_run, only: controlled_run_type
    use dynstep_integrate, only: control_type, integration_type
@@ -19,7 +20,8 @@ module dynstep_capi_runs
    implicit none
    private
 
-   public :: dynstep_set_observer, run_whole, dynstep_begin, dynstep_begin_within, dynstep_begin_controlled, dynstep_proceed
+   public :: dynstep_set_observer, dynstep_set_dense, run_whole, dynstep_begin, dynstep_begin_within, dynstep_begin_controlled
+   public :: dynstep_proceed, dynstep_point_kinds, dynstep_get_warning
 
 contains
 
@@ -35,6 +37,56 @@ contains
       s%observer%observer_function => p
       s%observer%context = transfer(ctx, c_null_ptr)
    end function dynstep_set_observer
+
+   recursive function dynstep_set_dense(handle, on) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: on
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      code = reach(handle, s)
+      if (code == dynstep_success) s%wants_nodes = on /= 0
+   end function dynstep_set_dense
+
+   recursive function dynstep_point_kinds(handle, count, kinds) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: count
+      type(c_ptr), value :: kinds
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      integer(c_int), pointer :: to(:)
+
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (.not. s%running) then
+         call s%status%set(dynstep_invalid_input, 'call dynstep_begin and dynstep_proceed first, and again after start and ' &
+            & //'single steps')
+      else if (count /= s%points%count) then
+         call s%status%set(dynstep_invalid_input, 'count = '//text(count)//', but the last dynstep_proceed wrote ' &
+            & //text(s%points%count)//' points')
+      else if (count > 0 .and. .not. c_associated(kinds)) then
+         call s%status%set(dynstep_invalid_input, 'kinds is NULL')
+      else if (count > 0) then
+         call c_f_pointer(kinds, to, [count])
+         to = 0
+         if (s%run%keeps_nodes) to = merge(1, 0, s%points%is_inner(:count))
+      end if
+      code = s%status%code
+   end function dynstep_point_kinds
+
+   recursive function dynstep_get_warning(handle, length, buffer) result(code) bind(c)
+      integer(c_intptr_t), value :: handle
+      integer(c_int), value :: length
+      type(c_ptr), value :: buffer
+      integer(c_int) :: code
+      type(integrator_type), pointer :: s
+      code = reach(handle, s)
+      if (code /= dynstep_success) return
+      if (allocated(s%run)) then
+         call put_text(trim(s%run%monitor%warning), length, buffer)
+      else
+         call put_text('', length, buffer)
+      end if
+   end function dynstep_get_warning
 
    !> Of another name than its label, which is also that of a module
    recursive function run_whole(handle, t_end, h) result(code) bind(c, name='dynstep_run')
@@ -171,6 +223,7 @@ contains
       allocate (run)
       call tell_sides(s)
       s%busy = .true.
+      s%is_tuned = .true.
       call run%begin(s%stepper, s%sys, s%state, t_end, control, s%status)
       s%busy = .false.
       call move_alloc(run, s%run)
@@ -195,6 +248,7 @@ contains
    recursive subroutine make_ready(s)
       type(integrator_type), intent(inout) :: s
       s%running = .not. s%status%failed()
+      s%run%keeps_nodes = s%wants_nodes
       s%recording = 0
       call s%points%clear()
       s%held%code = dynstep_more
@@ -260,7 +314,7 @@ contains
       if (c_associated(v_out) .and. .not. s%first_order) call c_f_pointer(v_out, s%points%v, [s%n, capacity])
       if (c_associated(a_out)) call c_f_pointer(a_out, s%points%a, [s%n, capacity])
       call multiplier_counts(s%sys, m, p)
-      call s%points%reserve(m, p, s%status)
+      call s%points%reserve(m, p, s%run%keeps_nodes, s%status)
    end subroutine attach
 
    !> First the points that found no room before and the code that came with them, if it was
@@ -285,7 +339,7 @@ contains
       do
          room = s%points%capacity - s%points%count
          steps = 0
-         if (room > 0) steps = min(max_steps - made, s%run%steps_for(s%state, s%points%total, room))
+         if (room > 0) steps = min(max_steps - made, s%run%steps_for(s%state, s%points%total, s%points%room_for_ends()))
          call go_on(s, int(steps), .true.)
          made = s%stepper%count%steps - steps_before
          if (s%status%code /= dynstep_more .or. s%points%holds_back() .or. s%points%count == s%points%capacity .or. &

@@ -11,7 +11,7 @@ module dynstep_flat_method
    use dynstep_newmark, only: newmark_stepper
    use dynstep_pade, only: pade_stepper
    use dynstep_pole_stages, only: form_automatic
-   use dynstep_soi2, only: mass_stored, soi2_stepper, start_project, variant_soi2
+   use dynstep_soi2, only: estimate_larger, mass_stored, soi2_stepper, start_project, variant_soi2
    use dynstep_status, only: status_type
    use dynstep_stepper, only: stepper_type
    implicit none
@@ -29,6 +29,7 @@ module dynstep_flat_method
       integer :: mass_at = mass_stored
       logical :: adjust_acceleration = .true., adjust_momentum = .true., second_order_start = .true.
       integer :: start_mode = start_project
+      integer :: estimate = estimate_larger
    end type alpha_settings
 
    !> Options of backinterpolation, see backinterpolation_stepper
@@ -50,6 +51,8 @@ module dynstep_flat_method
       integer :: levels = 0                      !! 0: no extrapolation
       integer :: sequence = 0                    !! see dynstep_sequences
       integer, allocatable :: custom(:)          !! numbers of sequence_custom
+      logical :: vary_order = .false.            !! levels chosen by the error, in runs under control
+      integer :: max_levels = 9                  !! of these
    end type method_settings
 
 contains
@@ -68,6 +71,8 @@ contains
       call build_base(settings, extrapolation%base)
       extrapolation%levels = settings%levels
       extrapolation%sequence = settings%sequence
+      extrapolation%vary_order = settings%vary_order
+      extrapolation%max_levels = settings%max_levels
       if (allocated(settings%custom)) extrapolation%custom = settings%custom
       call move_alloc(extrapolation, stepper)
    end subroutine build_method
@@ -141,6 +146,7 @@ contains
          stepper%adjust_momentum = options%adjust_momentum
          stepper%second_order_start = options%second_order_start
          stepper%start_mode = options%start_mode
+         stepper%estimate = options%estimate
          stepper%newton = settings%newton
       end associate
    end subroutine set_options

@@ -108,7 +108,14 @@ enum dynstep_sequence {              /* sub-steps of the rows of an extrapolatio
     DYNSTEP_BULIRSCH = 2,            /* 1, 2, 4, 6, 8, 12, 16, 24, ... */
     DYNSTEP_HARMONIC = 3,            /* 1, 2, 3, 4, ... */
     DYNSTEP_DOUBLE_HARMONIC = 4,     /* 2, 4, 6, 8, ... */
-    DYNSTEP_CUSTOM = 5               /* the caller's own numbers */
+    DYNSTEP_CUSTOM = 5,              /* the caller's own numbers */
+    DYNSTEP_AUTOMATIC = 6            /* DYNSTEP_HARMONIC, under tolerances below 1e-13 DYNSTEP_DOUBLE_HARMONIC */
+};
+
+enum dynstep_estimate {              /* of the errors of SOI2's steps */
+    DYNSTEP_ESTIMATE_LARGER = 1,     /* that along the constraints, but at least a part of the raw one */
+    DYNSTEP_ESTIMATE_PROJECTED = 2,  /* that along the constraints */
+    DYNSTEP_ESTIMATE_RAW = 3         /* as it comes, with the part that the constraints take away */
 };
 
 enum dynstep_halves {                /* of dynstep_set_backinterpolation */
@@ -461,6 +468,10 @@ int dynstep_alpha_coefficients(double rho_inf, double *coefficients);
 int dynstep_set_alpha_options(intptr_t handle, int mass_at, int adjust_acceleration, int adjust_momentum,
                               int second_order_start);
 
+/* Which error runs by tolerances look at with SOI2: enum dynstep_estimate, by default DYNSTEP_ESTIMATE_LARGER, which stays
+ * safe near configurations where constraints begin to depend on each other.  Without constraints all are the same. */
+int dynstep_set_estimate(intptr_t handle, int estimate);
+
 /* What these methods do with a start that is off the constraints: enum dynstep_start_mode, by default
  * DYNSTEP_START_PROJECT */
 int dynstep_set_start(intptr_t handle, int mode);
@@ -486,9 +497,14 @@ int dynstep_set_listing_estimate(intptr_t handle, int listing);
  * 2*levels over a method of order 2.
  *   levels             1..DYNSTEP_MAX_LEVELS; 0 takes the extrapolation away
  *   sequence           enum dynstep_sequence
- *   ncustom, custom    for DYNSTEP_CUSTOM: increasing numbers, 1..30000, of which `levels` are read; else 0,
- *                      NULL */
+ *   ncustom, custom    for DYNSTEP_CUSTOM: increasing numbers, 1..30000, `levels` of them or more; else 0, NULL */
 int dynstep_set_extrapolation(intptr_t handle, int levels, int sequence, int ncustom, const int *custom);
+
+/* vary = 1: in runs by tolerances the error chooses the levels of an extrapolation, step by step: row after row of the table
+ * is made until the error is small enough, and length and levels of the next step are those with the least work for a unit of
+ * time.  Runs with steps of one length, and single steps, have `levels` as before.
+ *   max_levels   2..DYNSTEP_MAX_LEVELS, 9 is a good choice; all of them need memory.  Not read where vary = 0 */
+int dynstep_set_order_control(intptr_t handle, int vary, int max_levels);
 
 /* Newton's iteration: most corrections per step (>= 1, default 25), most halvings of one (>= 0, default
  * 20), tolerance of the correction of q and v relative to their largest component (0, the default: to
@@ -606,7 +622,8 @@ int dynstep_count_name(int i, int length, char *buffer);
 
 /* Extrapolation table of the last step: numbers[j] sub-steps in row j, and component i of [q; v] in row j,
  * column k <= j in table[i + j*size + k*size*levels] (i < size = 2n; j, k < levels; all from 0).  For a first-order
- * system: of y, and size = n */
+ * system: of y, and size = n.  Under dynstep_set_order_control the step may have fewer rows than `levels`: what is left over
+ * is zero. */
 int dynstep_tableau(intptr_t handle, int size, int levels, double *table, int *numbers);
 
 /* ---- Runs ---- */
@@ -674,6 +691,31 @@ int dynstep_proceed(intptr_t handle, int max_steps, int capacity, int *count, do
  * lambda_out[i*m] .. lambda_out[i*m + m-1] and psi_out[i*p] .. psi_out[i*p + p-1]; NULL: not wanted.  Between
  * the ends of a step they lie on a straight line. */
 int dynstep_record_multipliers(intptr_t handle, int count, int m, double *lambda_out, int p, double *psi_out);
+
+/* on = 1: runs that are begun after this call record points inside each step that is recorded, too, before its end: as many
+ * as the order of the method wants of a polynomial through [q, v] and [v, a] (or y and y') at all points of the step.  They
+ * are ends of real steps, made beside those of the run, whose work is counted.  Not with t_eval, whose points have that order
+ * anyway; not with capacity = 0.  on = 0: none. */
+int dynstep_set_dense(intptr_t handle, int on);
+
+/* kinds[count] of the points that the last dynstep_proceed wrote, `count` as it told: 0 the start, the end of a step or an
+ * event, 1 inside a step */
+int dynstep_point_kinds(intptr_t handle, int count, int *kinds);
+
+/* What the last run has to warn of, in a sentence with numbers: steps beyond the stability limit of the method, an extrapolation
+ * whose columns diverge.  Blank where there is nothing.  Cut and ended as dynstep_message does. */
+int dynstep_get_warning(intptr_t handle, int length, char *buffer);
+
+/* Write all that the rest of a run depends on to a file: state, method, counters, what is recorded next.  One of this name
+ * is replaced.  For a run that was left, at its end, or behind a failure, after all its recorded points were taken.  The
+ * format is told in docs/howto/restarting.md. */
+int dynstep_checkpoint(intptr_t handle, const char *path);
+
+/* Read it, in place of dynstep_start and dynstep_begin: the run was of any kind, dynstep_proceed goes on with the same bits and
+ * counters.  System, method, observer and events are set before as they were; what the caller's own functions remember is
+ * theirs.  t_end, tolerances, t_eval, events that were met come from the file.  DYNSTEP_FILE_ERROR: the file cannot be read, is
+ * not whole, or belongs to another system or method; there is no run then. */
+int dynstep_restore(intptr_t handle, const char *path);
 
 /* ---- Events ---- */
 
