@@ -43,6 +43,28 @@ C     is function 1, the top 2
      1               'OUT before and behind', NPASS, NFAIL)
    20 CONTINUE
 
+C     Levels by the error: less work than with four of them
+      DO 25 K = 0, 1
+         CALL CLEAR (IOPT, ROPT, IPAR, IDIR, ATOL, RPAR, T, Q, V)
+         IOPT(7) = 3 + 3*K
+         IOPT(9) = K
+         ATOL(1) = 1.0D-12
+         CALL DSADAP (1, SWING, DSNONE, DSNONE, DSNONE, T, Q, V, A,
+     1                9.0D0, 1.0D-12, ATOL, 0.0D0, 0, DSNONE, DSNONE,
+     2                IDIR, KEV, IOPT, ROPT, RPAR, IPAR, ICNT, IDID,
+     3                TEXT)
+         CALL CHECK (IDID .EQ. 0 .AND. TEXT .EQ. ' ', 'by the error',
+     1               NPASS, NFAIL)
+         IF (K .EQ. 0) NSTEPS = ICNT(4)
+   25 CONTINUE
+      CALL CHECK (ICNT(4) .LT. NSTEPS, 'less work', NPASS, NFAIL)
+      IOPT(9) = 2
+      CALL DSADAP (1, SWING, DSNONE, DSNONE, DSNONE, T, Q, V, A, 1D1,
+     1             1.0D-9, ATOL, 0.0D0, 0, DSNONE, DSNONE, IDIR, KEV,
+     2             IOPT, ROPT, RPAR, IPAR, ICNT, IDID, TEXT)
+      CALL CHECK (IDID .EQ. -1 .AND. INDEX(TEXT, 'IOPT(9)') .GT. 0,
+     1            'IOPT(9)', NPASS, NFAIL)
+
 C     The run ends at each event, and goes on behind it
       CALL CLEAR (IOPT, ROPT, IPAR, IDIR, ATOL, RPAR, T, Q, V)
       CALL DSADAP (1, FALL, DSNONE, DSNONE, DSNONE, T, Q, V, A, 3.0D0,

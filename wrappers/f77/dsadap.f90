@@ -54,6 +54,9 @@
 !>   (1)   1: OUT is called for the start, each step, and each event
 !>   (2)   K > 0: OUT is called at the times ROPT(11), ..., ROPT(10+K) instead
 !>   (3), (4)   as in DSNEWM
+!>   (9)   1: the error chooses the levels of an extrapolation, too, step by step; IOPT(6) is the
+!>         most, 2 to 12 (9).  IOPT(7) may be 6 then: the harmonic sequence, and the double one
+!>         under tolerances below 1D-13
 !>   (10)  0: extrapolation, with (5) to (8) as in DSNEXT.  1: backinterpolation, with (5) to (8)
 !>         as in DSBINT
 !>   (11) to (23)   M and the tangents, as in DSNEWM

@@ -32,7 +32,8 @@
 !>           FORCE (or LOAD), MASS, TANG (or tangents by differences), factorizations,
 !>           solutions, Newton corrections, halved corrections
 !>   IDID    out: 0 done, > 0 done with news, < 0 failed (below)
-!>   TEXT    out: blank where IDID = 0, else a sentence: what happened, where, what helps.
+!>   TEXT    out: where IDID is not 0, a sentence: what happened, where, what helps.  Where it is 0
+!>           blank, or a warning, with numbers, of steps beyond the stability limit of the method.
 !>           160 characters are good, 320 always enough
 !>
 !> INTEGER has 4 bytes and DOUBLE PRECISION 8: no -fdefault-integer-8, no -fdefault-real-8.

@@ -22,9 +22,11 @@ module dynstep_f77_adaptive
    public :: run_adaptive, run_adaptive_ode
 
    ! Places in IOPT and ROPT, see the prologue of DSADAP
-   integer, parameter :: at_every = 1, at_method = 10, at_mass = 11, at_atol = 25
+   integer, parameter :: at_every = 1, at_levels = 6, at_vary = 9, at_method = 10, at_mass = 11, at_atol = 25
    integer, parameter :: at_longest = 4, at_shortest = 5
    integer, parameter :: options = 30
+   !> Levels that the error may choose where none are told
+   integer, parameter :: default_most_levels = 9
 
 contains
 
@@ -126,11 +128,21 @@ contains
       real(wp), intent(in) :: ropt(*)
       class(stepper_type), allocatable, intent(out) :: stepper
       type(status_type), intent(inout) :: status
-      integer :: levels
+      integer :: levels, most
       if (status%failed()) return
       if (iopt(at_method) == 0) then
          call describe_levels(iopt, levels, status)
-         call describe_method(levels, iopt, ropt, stepper, status)
+         most = 0
+         if (iopt(at_vary) < 0 .or. iopt(at_vary) > 1) then
+            call status%set(dynstep_invalid_input, 'IOPT('//text(at_vary)//') = '//text(iopt(at_vary)) &
+               & //' must be 0 (as many levels as told) or 1 (levels by the error)')
+         else if (iopt(at_vary) == 1) then
+            most = merge(default_most_levels, levels, iopt(at_levels) == 0)
+            if (most < 2) call status%set(dynstep_invalid_input, 'IOPT('//text(at_levels)//') = '//text(most) &
+               & //', the most levels, must be 2 or more')
+            levels = max(2, most)
+         end if
+         call describe_method(levels, iopt, ropt, stepper, status, most)
       else if (iopt(at_method) == 1) then
          ! the kind of the mass has the place of the sign of the estimate
          call describe_backinterpolation([iopt(:at_mass - 1), 0, iopt(at_mass + 1:options)], ropt, stepper, status)

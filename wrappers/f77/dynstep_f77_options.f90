@@ -11,7 +11,7 @@ module dynstep_f77_options
    use dynstep_linear_system, only: load_procedure
    use dynstep_matrix, only: banded_matrix, dense_matrix, diagonal_matrix, identity_matrix, kind_banded, &
       & kind_dense, kind_diagonal, kind_identity, kind_zero, matrix_type, zero_matrix
-   use dynstep_sequences, only: most_levels, most_substeps, sequence_custom, sequence_harmonic
+   use dynstep_sequences, only: most_levels, most_substeps, sequence_automatic, sequence_custom, sequence_harmonic
    use dynstep_status, only: dynstep_invalid_input, status_type
    use dynstep_stepper, only: stepper_type
    use dynstep_text, only: text
@@ -187,15 +187,20 @@ contains
    end subroutine check_levels
 
    !> The method that the options tell
-   recursive subroutine describe_method(levels, iopt, ropt, stepper, status)
+   recursive subroutine describe_method(levels, iopt, ropt, stepper, status, most_levels_by_error)
       integer, intent(in) :: levels               !! 0: no extrapolation
       integer, intent(in) :: iopt(*)
       real(wp), intent(in) :: ropt(*)
       class(stepper_type), allocatable, intent(out) :: stepper
       type(status_type), intent(inout) :: status
+      integer, intent(in), optional :: most_levels_by_error   !! 0: levels are not chosen by the error
       type(method_settings) :: method
 
       if (status%failed()) return
+      if (present(most_levels_by_error)) then
+         method%vary_order = most_levels_by_error > 0
+         method%max_levels = most_levels_by_error
+      end if
       if (iopt(at_base) < 0 .or. iopt(at_base) > base_midpoint) then
          call status%set(dynstep_invalid_input, 'IOPT('//text(at_base)//') = '//text(iopt(at_base))//', the method, ' &
             & //'must be 0 (Newmark) or 1 (midpoint)')
@@ -270,14 +275,15 @@ contains
       integer, intent(in) :: iopt(*)
       type(method_settings), intent(inout) :: method
       type(status_type), intent(inout) :: status
-      integer :: j, least
+      integer :: j, last, least
 
       if (status%failed()) return
       method%sequence = iopt(at_sequence)
       if (method%sequence == 0) method%sequence = sequence_harmonic
-      if (method%sequence < 1 .or. method%sequence > sequence_custom) then
+      last = merge(sequence_automatic, sequence_custom, method%vary_order)
+      if (method%sequence < 1 .or. method%sequence > last) then
          call status%set(dynstep_invalid_input, 'IOPT('//text(at_sequence)//') = '//text(method%sequence) &
-            & //', the sequence, must be 0 to '//text(sequence_custom))
+            & //', the sequence, must be 0 to '//text(last))
       else if (method%sequence == sequence_custom) then
          method%custom = iopt(at_custom:at_custom + levels - 1)
          least = 1

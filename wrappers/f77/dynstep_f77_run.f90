@@ -16,7 +16,7 @@ module dynstep_f77_run
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
    use dynstep_run, only: run_type
-   use dynstep_status, only: dynstep_stopped, status_type
+   use dynstep_status, only: dynstep_stopped, dynstep_success, status_type
    use dynstep_step_control, only: step_control_type
    use dynstep_stepper, only: allocate_state, state_type, step_counters, stepper_type
    use dynstep_text, only: text
@@ -238,6 +238,7 @@ contains
       recorder => null()
       if (wanted) recorder => output
       call run%proceed(stepper, sys, state, status, recorder, events=events)
+      if (status%code == dynstep_success) status%message = run%monitor%warning
       if (output%stopped) call status%set(dynstep_stopped, 'OUT asked to stop; the run ended at t = '//text(state%t))
    end subroutine start_and_integrate
 
