@@ -33,8 +33,8 @@ def test_equal_is_what_does_the_same():
     assert NewmarkExtrapolation(base=Midpoint()) == MidpointExtrapolation()
     assert NewmarkExtrapolation(base=Newmark(1/6)) == NewmarkExtrapolation(beta=1/6)
     assert Newmark(np.float64(0.25)) == Newmark() != Newmark(gamma=0.6)
-    assert NewmarkExtrapolation(np.int64(4)) == NewmarkExtrapolation() != NewmarkExtrapolation(levels=5)
-    assert repr(NewmarkExtrapolation()) == "NewmarkExtrapolation(levels=4, sequence='harmonic', beta=0.25)"
+    assert NewmarkExtrapolation(np.int64(4)) == NewmarkExtrapolation(4) != NewmarkExtrapolation(levels=5)
+    assert repr(NewmarkExtrapolation(4)) == "NewmarkExtrapolation(levels=4, sequence='automatic', beta=0.25)"
     assert len({Newmark(), Newmark(0.25, 0.5), Midpoint()}) == 2
     assert repr(SOI2()) == "SOI2(rho_inf=0.8)" and repr(HHT(variant="index-3")) == "HHT(alpha=-0.1, variant='index-3')"
     assert SOI2() == SOI2(0.8) == SOI2(start="project") != SOI2(start="keep") and SOI2() != GeneralizedAlpha()

@@ -9,8 +9,9 @@
 Systems: `LinearSystem`, `MechanicalSystem`, of first order `LinearOde`, `OdeSystem`; a model, `FlexibleArm`.
 Methods: `Newmark`, `Midpoint`, `NewmarkExtrapolation`, `MidpointExtrapolation`, `GeneralizedAlpha`, `BI`,
 `BIExtrapolation`, `Pade`, and for constraints `SOI2`, `HHT`; `methods()` shows their facts.
-`solve` and `solve_ode` integrate over an interval, `Integrator` makes one step at a time.  `stability_domain`,
-`accuracy_domain`, `damping_frequency` look into a method.  `dynstep.scipy` has methods for `scipy.integrate.solve_ivp`.
+`solve` and `solve_ode` integrate over an interval, `resume` goes on from a checkpoint, `Integrator` makes one step at a
+time.  `stability_domain`, `accuracy_domain`, `damping_frequency` look into a method.  `dynstep.scipy` has methods for
+`scipy.integrate.solve_ivp`.
 """
 
 from ._alpha_methods import HHT, SOI2, GeneralizedAlpha
@@ -31,6 +32,8 @@ from ._methods import MethodProperties, Midpoint, MidpointExtrapolation, Newmark
 from ._models import FlexibleArm
 from ._ode import LinearOde, OdeSystem
 from ._rational_methods import BI, BIExtrapolation, Pade
+from ._resume import resume
+from ._run import StabilityWarning
 from ._solution import OdeSolution, Solution
 from ._solve import solve
 from ._solve_ode import solve_ode
@@ -44,8 +47,8 @@ __all__ = [
     "Event", "FlexibleArm", "GeneralizedAlpha", "HHT", "IntegrationError", "Integrator", "LinearOde",
     "LinearSystem", "LoadTable", "MechanicalSystem", "MethodProperties", "Midpoint", "MidpointExtrapolation",
     "Newmark", "NewmarkExtrapolation", "Newton", "OdeSolution", "OdeSystem", "OutOfDomain", "Pade", "SOI2",
-    "Solution", "StabilityDomain", "StartCorrected", "StartCorrection", "accuracy_domain", "alpha_windows",
-    "banded", "check_system", "compiled", "damping_frequency", "ground_motion", "methods", "read_at2", "signature",
+    "Solution", "StabilityDomain", "StabilityWarning", "StartCorrected", "StartCorrection", "accuracy_domain", "alpha_windows",
+    "banded", "check_system", "compiled", "damping_frequency", "ground_motion", "methods", "read_at2", "resume", "signature",
     "solve", "solve_ode", "spectral_radius", "stability_domain", "stability_function"]
 
 

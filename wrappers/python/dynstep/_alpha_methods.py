@@ -11,6 +11,7 @@ from ._methods import Method, Newton, set_fields
 _COEFFICIENTS = ("alpha_m", "alpha_f", "beta", "gamma")
 _VARIANTS = {"soi2": 1, "reduced": 2, "index-3": 3}
 _MASS_AT = {"stored": 1, "recomputed": 2}
+_ESTIMATES = {"larger": 1, "projected": 2, "raw": 3}
 _STARTS = {"project": 1, "refuse": 2, "keep": 3}
 
 
@@ -125,11 +126,13 @@ class _Constrained(_Alpha):
 
     def _settings(self):
         return ((_core.dynstep_set_soi2, *self.coefficients, _VARIANTS[self.variant]),
-                (_core.dynstep_set_start, _STARTS[self.start]), *self._options())
+                (_core.dynstep_set_start, _STARTS[self.start]),
+                (_core.dynstep_set_estimate, _ESTIMATES[self.estimate]), *self._options())
 
     def _check_constrained(self):
         choice("variant", self.variant, _VARIANTS)
         choice("start", self.start, _STARTS)
+        choice("estimate", self.estimate, _ESTIMATES)
         self._check_options()
         self.properties
 
@@ -153,6 +156,10 @@ class SOI2(_Constrained):
     start : "project", "refuse" or "keep"
         Where q0, v0 do not fulfil the constraints: move them, as little as the mass allows (with a warning,
         :class:`StartCorrected`); fail; or begin there.
+    estimate : "larger", "projected" or "raw"
+        Which error runs by tolerances look at: that along the constraints ("projected"); as it comes, with a part that the
+        constraints take away ("raw"); or the projected one, but at least a part of the raw one ("larger"), which is safe near
+        configurations where constraints begin to depend on each other.
     mass_at, adjust_acceleration, adjust_momentum, second_order_start, newton
         As for :class:`GeneralizedAlpha`.
 
@@ -167,6 +174,7 @@ class SOI2(_Constrained):
     gamma: float = None
     variant: str = field(default="soi2", kw_only=True)
     start: str = field(default="project", kw_only=True)
+    estimate: str = field(default="larger", kw_only=True)
     mass_at: str = field(default="stored", kw_only=True)
     adjust_acceleration: bool = field(default=True, kw_only=True)
     adjust_momentum: bool = field(default=True, kw_only=True)
@@ -186,7 +194,7 @@ class HHT(_Constrained):
     ----------
     alpha : float
         -1/3 (most damping) to 0 (none: the trapezoidal rule).
-    variant, start, mass_at, adjust_acceleration, adjust_momentum, second_order_start, newton
+    variant, start, estimate, mass_at, adjust_acceleration, adjust_momentum, second_order_start, newton
         Keyword only, as for :class:`SOI2`.  ``HHT(variant="index-3")`` is HHT-I3.
 
     Notes
@@ -196,6 +204,7 @@ class HHT(_Constrained):
     alpha: float = -0.1
     variant: str = field(default="soi2", kw_only=True)
     start: str = field(default="project", kw_only=True)
+    estimate: str = field(default="larger", kw_only=True)
     mass_at: str = field(default="stored", kw_only=True)
     adjust_acceleration: bool = field(default=True, kw_only=True)
     adjust_momentum: bool = field(default=True, kw_only=True)

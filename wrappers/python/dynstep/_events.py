@@ -60,6 +60,7 @@ class Events:
     """
 
     def __init__(self, given, args=()):
+        self.met_before = 0              # events of the run before it was left and taken up
         self._given = given is not None
         args = further_arguments(args)
         self._functions, self._actions, self._direction, self._most = [], [], [], []
@@ -89,8 +90,8 @@ class Events:
             handle.bind(_core.dynstep_set_event_action, _Table(_EACH_ACTION, self._actions), order=order)
 
     def go_on(self, handle):
-        """True where a terminal event has not been met as often as it must be."""
-        which = self._met(handle)[0]
+        """True where a terminal event has not been met as often as it must be, since the run was begun or taken up."""
+        which = self._met(handle)[0][self.met_before:]
         return Counter(which.tolist())[int(which[-1])] < self._most[which[-1]]
 
     def outcome(self, handle, order):
@@ -98,7 +99,7 @@ class Events:
         for."""
         if not self._given:
             return None, None, None
-        which, t, q, v = self._met(handle)
+        which, t, q, v = (x[self.met_before:] for x in self._met(handle))
         if order is not None:
             place = np.argsort(order)
             q, v = q[:, place], v[:, place]
@@ -109,9 +110,14 @@ class Events:
         return f"events[{self._met(handle)[0][-1]}]"
 
     @staticmethod
+    def count(handle):
+        """How many were met since the run was begun."""
+        return handle.call(_core.dynstep_event_count)[1]
+
+    @staticmethod
     def _met(handle):
         """which, t, q, v of all events."""
-        count = handle.call(_core.dynstep_event_count)[1]
+        count = Events.count(handle)
         which, t = np.empty(count, np.int32), np.empty(count)
         q, v = np.empty((count, handle.n)), np.empty((count, handle.n))
         handle.call(_core.dynstep_get_events, 0, which, t, q.reshape(-1), v.reshape(-1))

@@ -7,7 +7,7 @@ from . import _core
 
 # the codes of dynstep.h that the package looks at
 SUCCESS, MORE, EVENT = 0, 2, 3
-INVALID_INPUT, NO_MEMORY, INCONSISTENT_START, TOO_MANY_STEPS = -1, -6, -7, -8
+INVALID_INPUT, NO_MEMORY, INCONSISTENT_START, TOO_MANY_STEPS, FILE_ERROR = -1, -6, -7, -8, -11
 
 _ERRORS = {INVALID_INPUT: ValueError, NO_MEMORY: MemoryError}
 

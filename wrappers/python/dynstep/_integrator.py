@@ -182,7 +182,7 @@ class Integrator:
         ValueError
             No step has been made, or the method does not extrapolate.
         """
-        n, levels = self.system.n, getattr(self.method, "levels", 1)
+        n, levels = self.system.n, self.method._levels_of_steps
         _, table, numbers = self._handle.call(_core.dynstep_tableau, 2*n, levels)
         table = table.T.reshape(2, n, levels, levels)            # [q; v], row, column
         if self.system.ordering is not None:

@@ -14,8 +14,10 @@ from . import _core
 from ._arguments import integer, number
 from ._handle import Handle
 
-_SEQUENCES = {"romberg": 1, "bulirsch": 2, "harmonic": 3, "double-harmonic": 4}
+_SEQUENCES = {"romberg": 1, "bulirsch": 2, "harmonic": 3, "double-harmonic": 4, "automatic": 6}
 _CUSTOM = 5
+_EVEN_LEVELS = 4                         # of runs with h, where levels is None
+_MOST_LEVELS = 12
 _NO_NUMBERS = np.empty(0, np.int32)
 
 
@@ -61,6 +63,8 @@ class Newton:
 
 class Method:
     """What all methods have: `order`, `properties`, equality by what they do."""
+
+    _levels_of_steps = 1                 # rows of the table of a step of Integrator
 
     @property
     def properties(self):
@@ -195,7 +199,9 @@ class Extrapolation(Method):
     """What the extrapolations have in common: base, levels, sequence."""
 
     def _check_levels(self):
-        set_fields(self, levels=integer("levels", self.levels, 1))
+        if self.levels is not None:
+            set_fields(self, levels=integer("levels", self.levels, 1))
+        set_fields(self, max_levels=integer("max_levels", self.max_levels, 2, _MOST_LEVELS))
         if isinstance(self.sequence, str):
             if self.sequence not in _SEQUENCES:
                 raise ValueError(f"sequence must be one of {', '.join(map(repr, _SEQUENCES))} or integers, "
@@ -205,15 +211,25 @@ class Extrapolation(Method):
             set_fields(self, sequence=tuple(integer("a number of the sequence", i, 1) for i in self.sequence))
         except TypeError as error:
             raise TypeError(f"sequence must be a name or a list of integers ({error})") from None
-        if len(self.sequence) < self.levels:
+        least = 2 if self.levels is None else self.levels
+        if len(self.sequence) < least:
             raise ValueError(f"sequence has {len(self.sequence)} numbers, too few for levels = {self.levels}")
+
+    @property
+    def _levels_of_steps(self):
+        there = _MOST_LEVELS if isinstance(self.sequence, str) else len(self.sequence)
+        return min(_EVEN_LEVELS, there) if self.levels is None else self.levels
 
     def _settings(self):
         custom = not isinstance(self.sequence, str)
-        numbers = np.array(self.sequence[:self.levels], np.int32) if custom else _NO_NUMBERS
+        there = min(len(self.sequence), _MOST_LEVELS) if custom else _MOST_LEVELS
+        vary = self.levels is None
+        levels = self._levels_of_steps
+        most = min(self.max_levels, there) if vary else 0
+        numbers = np.array(self.sequence[:max(levels, most)], np.int32) if custom else _NO_NUMBERS
         return (*self._base()._settings(),
-                (_core.dynstep_set_extrapolation, self.levels, _CUSTOM if custom else _SEQUENCES[self.sequence],
-                 numbers))
+                (_core.dynstep_set_extrapolation, levels, _CUSTOM if custom else _SEQUENCES[self.sequence], numbers),
+                (_core.dynstep_set_order_control, int(vary), most))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -225,16 +241,20 @@ class NewmarkExtrapolation(Extrapolation):
 
     Parameters
     ----------
-    levels : int
-        1 to 12.
+    levels : int, optional
+        1 to 12.  Default: 4 in runs with `h` and single steps; in runs by tolerances the error chooses them, step by step,
+        together with the step length.
     sequence : str or sequence of int
         Numbers of substeps: "harmonic" 1, 2, 3, 4, ... (the least work for an order), "romberg"
         1, 2, 4, 8, ..., "bulirsch" 1, 2, 4, 6, 8, 12, ..., "double-harmonic" 2, 4, 6, 8, ..., or your own
-        increasing integers.
+        increasing integers.  "automatic": "harmonic", under relative tolerances below 1e-13 "double-harmonic".
     beta : float
-        Of the base, Newmark's method with gamma = 1/2.
+        Of the base, Newmark's method with gamma = 1/2; 1/4 by default.  ``NewmarkExtrapolation(beta=0)`` solves nothing where
+        M is constant and the force has no v (`velocity_free`): the least work for forces that are not stiff.
     base : Newmark or Midpoint, optional
         Another base in place of Newmark(beta), a symmetric one: Newmark with gamma = 1/2, or Midpoint.
+    max_levels : int
+        Keyword only.  With ``levels=None``: most levels that the error may choose, 2 to 12; all of them need memory.
     newton : Newton, optional
         Keyword only.
 
@@ -243,10 +263,11 @@ class NewmarkExtrapolation(Extrapolation):
     Austin 1991, section 4.  No extrapolation is unconditionally stable: see
     :meth:`stability_limit`.
     """
-    levels: int = 4
-    sequence: object = "harmonic"
+    levels: int = None
+    sequence: object = "automatic"
     beta: float = None
     base: Method = None
+    max_levels: int = field(default=9, kw_only=True)
     newton: Newton = field(default=None, kw_only=True)
 
     def __post_init__(self):
@@ -274,15 +295,16 @@ class MidpointExtrapolation(Extrapolation):
 
     Parameters
     ----------
-    levels : int
-        1 to 12.
+    levels : int, optional
+        1 to 12; None: chosen by the error in runs by tolerances, else 4.
     sequence : str or sequence of int
         As for :class:`NewmarkExtrapolation`.
-    newton : Newton, optional
-        Keyword only.
+    max_levels, newton
+        Keyword only, as for :class:`NewmarkExtrapolation`.
     """
-    levels: int = 4
-    sequence: object = "harmonic"
+    levels: int = None
+    sequence: object = "automatic"
+    max_levels: int = field(default=9, kw_only=True)
     newton: Newton = field(default=None, kw_only=True)
 
     def __post_init__(self):

@@ -154,14 +154,14 @@ class BIExtrapolation(Extrapolation):
 
     Parameters
     ----------
-    levels : int
-        1 to 12.
+    levels : int, optional
+        1 to 12; None: chosen by the error in runs by tolerances, else 4.
     order : int
         Of the base, 2 or 4: :meth:`BI.f_stable`.  Each level but the first adds 2 to it.
     sequence : str or sequence of int
         As for :class:`NewmarkExtrapolation`.
-    newton : Newton, optional
-        Keyword only.
+    max_levels, newton
+        Keyword only, as for :class:`NewmarkExtrapolation`.
 
     Attributes
     ----------
@@ -171,10 +171,11 @@ class BIExtrapolation(Extrapolation):
     levels: int
     base: BI
     sequence: object
+    max_levels: int = field(kw_only=True)
     newton: Newton = field(kw_only=True)
 
-    def __init__(self, levels=4, order=4, sequence="harmonic", *, newton=None):
-        set_fields(self, levels=levels, base=BI.f_stable(order, newton=newton), sequence=sequence)
+    def __init__(self, levels=None, order=4, sequence="automatic", *, max_levels=9, newton=None):
+        set_fields(self, levels=levels, base=BI.f_stable(order, newton=newton), sequence=sequence, max_levels=max_levels)
         set_fields(self, newton=self.base.newton)
         self._check_levels()
         self.properties
@@ -183,8 +184,10 @@ class BIExtrapolation(Extrapolation):
         return self.base
 
     def __repr__(self):
+        levels = "" if self.levels is None else f"levels={self.levels}, "
+        most = "" if self.max_levels == 9 else f", max_levels={self.max_levels}"
         newton = "" if self.newton == Newton() else f", newton={self.newton!r}"
-        return f"BIExtrapolation(levels={self.levels}, order={self.base.order}, sequence={self.sequence!r}{newton})"
+        return f"BIExtrapolation({levels}order={self.base.order}, sequence={self.sequence!r}{most}{newton})"
 
 
 def _orders(order):

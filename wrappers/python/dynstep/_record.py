@@ -12,15 +12,16 @@ _NOTHING = np.empty(0)
 
 
 class Record:
-    """Points of a run, at most `expected` of them; `sizes` are those of `Handle.sizes`.  With `all_come` so many are
-    sure to come, unless the run fails: MemoryError at once where they cannot be held."""
+    """Points of a run, at most `expected` of them; `sizes` are those of `Handle.sizes`.  `sure` of them come, unless the
+    run fails: MemoryError at once where they cannot be held.  With `has_nodes` points inside steps come, too."""
 
-    def __init__(self, sizes, expected, all_come=False):
+    def __init__(self, sizes, expected, sure=0, has_nodes=False):
         self.count = 0
         self._sizes = sizes
         self._expected = max(1, expected)
-        if all_come and not _can_hold(self._expected*(sum(sizes) + 1)):
-            raise self._no_memory(self._expected)
+        self._ends = [] if has_nodes else None
+        if not _can_hold(sure*(sum(sizes) + 1)):
+            raise self._no_memory(sure)
         capacity = min(self._expected, max(2, _FIRST_BLOCK//max(sizes)))
         try:
             self._t = np.empty(capacity)
@@ -34,13 +35,21 @@ class Record:
             self._resize(min(2*self.count, max(self._expected, self.count + 2)))
         return (self._t[self.count:], *(x[self.count:].reshape(-1) for x in self._vectors[:3]))
 
-    def add(self, count, read_multipliers):
-        """`count` points were written into the room; read_multipliers(count, m, p) gives theirs."""
+    def add(self, count, read_multipliers, read_kinds):
+        """`count` points were written into the room; read_multipliers(count, m, p) gives theirs, read_kinds(count) tells
+        which of them are ends of steps (0)."""
+        if count and self._ends is not None:
+            self._ends.append(self.count + np.flatnonzero(read_kinds(count) == 0))
         m, p = self._sizes[3:]
         if m + p and count:
             for x, new in zip(self._vectors[3:], read_multipliers(count, m, p)):
                 x[self.count:self.count + count] = new
         self.count += count
+
+    @property
+    def ends(self):
+        """Places of the points where steps end; the start is one."""
+        return np.concatenate(self._ends) if self._ends else np.arange(self.count)
 
     def finish(self, order):
         """t [nt], q, v, a [n, nt] in the user's order, lam [m, nt], psi [p, nt]; the record is used up."""
@@ -93,8 +102,12 @@ class NoRecord:
     def room(self):
         return (_NOTHING,)*4
 
-    def add(self, count, read_multipliers):
+    def add(self, count, read_multipliers, read_kinds):
         pass
+
+    @property
+    def ends(self):
+        return np.empty(0, int)
 
     def finish(self, order):
         return (_NOTHING.copy(), *(np.empty((size, 0)) for size in self._sizes))

@@ -27,7 +27,7 @@ class Request:
         self.t0, self._t1 = _span(t_span)
         self._steps = steps
         self._every = integer("every", every, 0)
-        self._t_eval = None if t_eval is None else _times(t_eval, self.t0, self._t1)
+        self._t_eval = None if t_eval is None else times_within(t_eval, self.t0, self._t1)
         self._dense = flag("dense_output", dense_output)
         self._max_steps = None if max_steps is None else integer("max_steps", max_steps, 1, 2**62)
         self.events = Events(events, args)
@@ -55,45 +55,33 @@ class Request:
         asked = NOTHING if dense or t_eval is None else t_eval
         nothing = t_eval is not None and t_eval.size == 0 and not dense
         every = 1 if dense else self._every
+        if dense:
+            handle.call(_core.dynstep_set_dense, 1)
         code = self._steps.begin(handle, self._t1, 0 if nothing else every, asked)
         if code != SUCCESS:                                      # such as a tolerance below rounding
-            return self._begin_alone(handle), code
+            return present_point(handle) if self.has_begin else NoRecord(handle.sizes), code
         if nothing:
             record = NoRecord(handle.sizes)
         else:
             expected = MANY if self._expected is None else self._expected
             steps = min(expected, self._max_steps or expected)
-            record = Record(handle.sizes, asked.size or steps//(every or steps + 1) + 3,
-                            all_come=not asked.size and self._expected is not None and not self._may_end_early)
+            points = asked.size or steps//(every or steps + 1) + 3
+            all_come = not asked.size and self._expected is not None and not self._may_end_early
+            record = Record(handle.sizes, MANY if dense else points, points if all_come else 0, has_nodes=dense)
         return record, drive(handle, record, self._max_steps, self._progress, self.events)
 
-    def _begin_alone(self, handle):
-        """A record of the begin, where it is asked for."""
-        if not self.has_begin:
-            return NoRecord(handle.sizes)
-        record = Record(handle.sizes, 1)
-        get = _core.dynstep_get_ode if handle.first_order else _core.dynstep_get
-        _, time, *present = handle.call(get, handle.n)
-        t, q, v, a = record.room()
-        t[0], q[:], a[:] = time, present[0], present[-1]
-        if not handle.first_order:
-            v[:] = present[1]
-        record.add(1, lambda count, m, p: [x.reshape(count, -1) for x in
-                                           handle.call(_core.dynstep_get_multipliers, m, p)[1:]])
-        return record
-
-    def choose(self, points, interpolant):
-        """(points, sol): those that were asked for, out of what was recorded, and what makes others of them."""
-        t, *rest = points
-        if not self._dense or not t.size:
+    def choose(self, points, interpolant, ends):
+        """(points, sol): those that were asked for, out of what was recorded, and what makes others of them; `ends` are the
+        places where steps end."""
+        if not self._dense or not points[0].size:
             return points, None
-        ends = t.size - int(t.size > 1 and t[-1] == t[-2])       # an action at the end changed the state: that before it
-        sol = interpolant(*(x[..., :ends] for x in points))
+        t, *rest = at_ends = at_places(points, ends)
+        sol = interpolant_through(points, ends, interpolant)
         if self._t_eval is not None:
             reached = self._t_eval[np.abs(self._t_eval - t[0]) <= abs(t[-1] - t[0])]
             return (reached, *sol._points(reached)), sol
         if self._every == 1:
-            return points, sol
+            return at_ends, sol
         chosen = self._each(t)
         return (t[chosen], *(x[:, chosen] for x in rest)), sol
 
@@ -116,9 +104,39 @@ class Request:
 
     def message(self, handle, system, code):
         """Sentence for a code."""
-        if code == EVENT:
-            return f"{self.events.last(handle)} ended the run at t = {handle.time:g}"
-        return message(handle, system, code, self._max_steps)
+        return message_of(handle, system, code, self._max_steps, self.events)
+
+    @property
+    def what_is_left(self):
+        """What `LeftRun` has to know beside the handle."""
+        nothing = self._t_eval is not None and not self._t_eval.size
+        return self.events, "nodes" if self._dense else "nothing" if nothing else "steps", self._t_eval
+
+
+def at_places(points, places):
+    """Some of the points."""
+    return points if places.size == points[0].size else tuple(x[..., places] for x in points)
+
+
+def interpolant_through(points, ends, interpolant):
+    """What goes through recorded points; an action at the end, that changed the state, is left out."""
+    t = points[0][ends]
+    ends = ends[:np.flatnonzero(t == t[-1])[0] + 1]
+    return interpolant(*(x[..., :ends[-1] + 1] for x in points), ends)
+
+
+def present_point(handle):
+    """A record of the last good point."""
+    record = Record(handle.sizes, 1)
+    get = _core.dynstep_get_ode if handle.first_order else _core.dynstep_get
+    _, time, *present = handle.call(get, handle.n)
+    t, q, v, a = record.room()
+    t[0], q[:], a[:] = time, present[0], present[-1]
+    if not handle.first_order:
+        v[:] = present[1]
+    record.add(1, lambda count, m, p: [x.reshape(count, -1) for x in
+                                       handle.call(_core.dynstep_get_multipliers, m, p)[1:]], None)
+    return record
 
 
 def make_handle(system, method, observer=None, events=None):
@@ -147,6 +165,13 @@ def _with_one_answer(observer):
     return observed
 
 
+def message_of(handle, system, code, max_steps, events):
+    """Sentence for the code of a run."""
+    if code == EVENT:
+        return f"{events.last(handle)} ended the run at t = {handle.time:g}"
+    return message(handle, system, code, max_steps)
+
+
 def message(handle, system, code, max_steps=None):
     """Sentence for a code."""
     if code == SUCCESS:
@@ -166,7 +191,8 @@ def _span(t_span):
     return map(float, span)
 
 
-def _times(t_eval, t0, t1):
+def times_within(t_eval, t0, t1):
+    """Times to record, of a run from t0 to t1."""
     times = vector("t_eval", t_eval)
     direction = -1.0 if t1 < t0 else 1.0
     outside = np.flatnonzero((direction*(times - t0) < 0.0) | (direction*(t1 - times) < 0.0))

@@ -3,6 +3,7 @@
 
 import math
 import time
+import warnings
 
 from . import _core
 from ._arguments import LARGEST_INTEGER
@@ -38,7 +39,8 @@ def _drive(handle, record, max_steps, progress, events):
         begun = time.perf_counter()
         code, count = handle.call(_core.dynstep_proceed, piece, *record.room())
         elapsed = time.perf_counter() - begun
-        record.add(count, lambda *sizes: handle.call(_core.dynstep_record_multipliers, *sizes)[1:])
+        record.add(count, lambda *sizes: handle.call(_core.dynstep_record_multipliers, *sizes)[1:],
+                   lambda count: handle.call(_core.dynstep_point_kinds, count)[1])
         last, made = made, _steps(handle) - before
         if progress is not None:
             progress.show(made)
@@ -51,6 +53,19 @@ def _drive(handle, record, max_steps, progress, events):
         if made > last:
             affordable = _PIECE*(made - last)/max(elapsed, 1e-9)
             piece = int(max(1, min(affordable, LARGEST_INTEGER)))
+
+
+class StabilityWarning(UserWarning):
+    """The steps of a run are longer than its method bears: motions of high frequency grow, though nobody pushes them."""
+
+
+def warn_of_steps(handle, stacklevel):
+    """The library's warning about the steps of the last run, which is shown; None: there is none."""
+    sentence = handle.call(_core.dynstep_get_warning)[1].decode(errors="replace").strip()
+    if not sentence:
+        return None
+    warnings.warn(sentence, StabilityWarning, stacklevel=stacklevel + 1)
+    return sentence
 
 
 def _steps(handle):

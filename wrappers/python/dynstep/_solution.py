@@ -9,8 +9,10 @@ from ._drift import constraint_drift
 class _Outcome:
     """How a trajectory came about."""
 
-    def __init__(self, status, message, counts, method, system, sol):
+    def __init__(self, status, message, counts, method, system, sol, warning, run):
+        self._run = run
         self.sol = sol
+        self.warning = warning
         self.status = status
         self.message = message
         self.counts = counts
@@ -21,6 +23,54 @@ class _Outcome:
     def success(self):
         """True where the end was reached, or an observer or an event ended the run."""
         return self.status >= 0
+
+    def checkpoint(self, path):
+        """Write what the rest of the run depends on to a file, from which :func:`resume` goes on with the same bits, now or in
+        another program.  For runs that ended by `max_steps`, an observer, or an event, at the end, or without success.
+
+        Parameters
+        ----------
+        path : str or path
+            A file of this name is replaced.  Its format is told in docs/howto/restarting.md.
+
+        Raises
+        ------
+        OSError
+            It cannot be written.
+        ValueError
+            No run stands behind this solution any more: it was copied, or :meth:`resume` went on; or there never was one, for
+            the start failed.
+        """
+        self._left_run().checkpoint(path)
+
+    def resume(self, max_steps=None, *, progress=False):
+        """Go on to the end of the interval, or for `max_steps` steps: a solution with what follows the last point of this one,
+        the same bits as if the run had not been left.  A run that failed goes on, too, after its reason is mended.
+
+        Returns
+        -------
+        Solution or OdeSolution
+            What was recorded since; ``t_events`` are those that were met since, `counts` is for the whole run.
+
+        Raises
+        ------
+        ValueError
+            As for :meth:`checkpoint`.
+        """
+        run, self._run = self._left_run(), None
+        try:
+            return run.go_on(self.system, self.method, max_steps, progress, stacklevel=2)
+        except BaseException:
+            self._run = run
+            raise
+
+    def _left_run(self):
+        if self._run is None:
+            raise ValueError("no run stands behind this solution: it was copied, or resume went on from it")
+        return self._run
+
+    def __getstate__(self):
+        return self.__dict__ | {"_run": None}
 
     def _summary(self, points):
         span = f"t = {self.t[0]:g} to {self.t[-1]:g}, " if self.t.size else ""
@@ -60,13 +110,15 @@ class Solution(_Outcome):
         status >= 0.  Otherwise the arrays hold the trajectory up to the failure.
     counts : dict
         Work: steps, substeps, forces, tangents, factorizations, ...
+    warning : str or None
+        The sentence of a :class:`StabilityWarning`.
     method, system
         What `solve` was given.
     """
 
     def __init__(self, t, q, v, a, lam, psi, *, status, message, counts, method, system, sol=None,
-                 start_correction=None, events=(None, None, None)):
-        super().__init__(status, message, counts, method, system, sol)
+                 start_correction=None, events=(None, None, None), warning=None, run=None):
+        super().__init__(status, message, counts, method, system, sol, warning, run)
         self.t, self.q, self.v, self.a, self.lam, self.psi = t, q, v, a, lam, psi
         self.start_correction = start_correction
         self.t_events, self.q_events, self.v_events = events
@@ -148,15 +200,15 @@ class OdeSolution(_Outcome):
         With ``dense_output=True``: ``sol(t)`` gives y at any time, ``sol.derivative(t)`` y'.
     t_events, y_events : list of ndarray, or None
         For each event the times when it was met, shape (k,), and y there, before its action, shape (k, n).
-    status, message, success, counts
+    status, message, success, counts, warning
         As in :class:`Solution`; the count `forces` is that of f, or of b(t).
     method, system
         What `solve_ode` was given; a function has become an :class:`OdeSystem`.
     """
 
     def __init__(self, t, y, yp, *, status, message, counts, method, system, sol=None,
-                 events=(None, None)):
-        super().__init__(status, message, counts, method, system, sol)
+                 events=(None, None), warning=None, run=None):
+        super().__init__(status, message, counts, method, system, sol, warning, run)
         self.t, self.y, self.yp = t, y, yp
         self.t_events, self.y_events = events
 

@@ -10,6 +10,8 @@ from ._linear import LinearSystem
 from ._mechanical import MechanicalSystem
 from ._method_table import method_for
 from ._request import Request, make_handle
+from ._resume import LeftRun
+from ._run import warn_of_steps
 from ._solution import Solution
 from ._steps import choose_steps
 
@@ -55,13 +57,14 @@ def solve(system, t_span, q0, v0, method=None, *, h=None, rtol=None, atol=None, 
         With rtol and atol: where a step would have to be shorter than this, the run ends without success; the last one
         before the end or an event may be shorter.
     t_eval : array_like, shape (nt,), optional
-        Times to record, in the order of the run.  Inside a step q, v, a are interpolated (degree 5), multipliers
-        linearly.
+        Times to record, in the order of the run.  Inside a step q, v, a have the order of the method, too; multipliers are
+        interpolated linearly.
     every : int
         With `h`, without `t_eval`: record the begin, each `every`-th step, and the end; 0: the end alone.  Without `h` each
         step is recorded.
     dense_output : bool
-        Record all steps and give ``Solution.sol``, which interpolates between them.
+        Give ``Solution.sol``, an interpolant over the whole run that has the order of the method: beside each step real
+        ones of parts of its length are made, whose work is counted.
     events : callable, compiled function, Event, or a list of them, optional
         ``event(t, q, v)`` returns a number; where it goes through zero inside a step, that step is made again, for real, up to
         the zero.  As scipy's events these may have attributes: `direction` (> 0: only from minus to plus, < 0: from plus to
@@ -72,7 +75,7 @@ def solve(system, t_span, q0, v0, method=None, *, h=None, rtol=None, atol=None, 
     observer : callable or compiled function, optional
         ``observer(t, q, v, a)`` sees each step; a true result ends the run.
     max_steps : int, optional
-        After so many steps the run ends without success.
+        After so many steps the run ends without success; :meth:`Solution.resume` goes on.
     progress : bool
         Show a bar on stderr (tqdm's where it is installed).
 
@@ -96,6 +99,8 @@ def solve(system, t_span, q0, v0, method=None, *, h=None, rtol=None, atol=None, 
     StartCorrected
         q0 or v0 did not fulfil the constraints, and was moved by more than 1e-8 of its size; what was found and moved
         is in ``Solution.start_correction``.
+    StabilityWarning
+        The steps are longer than the method bears; the sentence, with numbers, is in ``Solution.warning``.
 
     Notes
     -----
@@ -125,9 +130,10 @@ def solve(system, t_span, q0, v0, method=None, *, h=None, rtol=None, atol=None, 
             warn_of_correction(correction, q0, v0, stacklevel=2)
         record, code = request.run(handle, code)
     met = request.outcome(handle, system)
-    points, sol = request.choose(record.finish(system.ordering), Interpolant)
+    points, sol = request.choose(record.finish(system.ordering), Interpolant, record.ends)
     return Solution(*points, status=code, message=request.message(handle, system, code), counts=handle.counts(),
-                    method=method, system=system, sol=sol, start_correction=correction, events=met)
+                    method=method, system=system, sol=sol, start_correction=correction, events=met,
+                    warning=warn_of_steps(handle, stacklevel=2), run=LeftRun(handle, *request.what_is_left))
 
 
 def check_mechanical(system):

@@ -13,6 +13,8 @@ from ._mechanical import MechanicalSystem
 from ._method_table import as_method
 from ._ode import LinearOde, OdeSystem
 from ._request import Request, make_handle
+from ._resume import LeftRun
+from ._run import warn_of_steps
 from ._solution import OdeSolution
 from ._steps import choose_steps
 
@@ -48,7 +50,7 @@ def solve_ode(system, t_span, y0, method="bi", *, h=None, rtol=None, atol=None, 
     h_min : float, optional
         As for :func:`solve`.
     t_eval, every, dense_output, max_steps, progress
-        As for :func:`solve`.  Between the steps y is a polynomial of degree 3, with an error of h^4.
+        As for :func:`solve`; ``sol(t)`` gives y.
     events : callable, compiled function, Event, or a list of them, optional
         ``event(t, y, *args)``, as for :func:`solve`, with actions ``action(t, y, *args)`` that return None, a new y, or True.
         Compiled ones get y in q, and NULL in v.
@@ -99,11 +101,12 @@ def solve_ode(system, t_span, y0, method="bi", *, h=None, rtol=None, atol=None, 
         record, code = request.run(handle, started)
     t, y, _, yp, *_ = record.finish(system.ordering)
     met = request.outcome(handle, system)
-    points, sol = request.choose((t, y, yp), OdeInterpolant)
+    points, sol = request.choose((t, y, yp), OdeInterpolant, record.ends)
     if started != SUCCESS and request.has_begin:
         points = np.array([request.t0]), y0.reshape(-1, 1).copy(), np.full((system.n, 1), np.nan)
     return OdeSolution(*points, status=code, message=request.message(handle, system, code), counts=handle.counts(),
-                       method=method, system=system, sol=sol, events=met[:2])
+                       method=method, system=system, sol=sol, events=met[:2], warning=warn_of_steps(handle, stacklevel=2),
+                       run=LeftRun(handle, *request.what_is_left))
 
 
 def _system(system, n, args):
