@@ -49,6 +49,7 @@ module dynstep_controlled_run
       real(wp), private :: growth = huge(1.0_wp)         ! of a step beside the one before, by the method
       real(wp), private :: error_before = -1.0_wp        ! of the last trial; < 0: none
       logical, private :: after_rejection = .false.
+      real(wp), private :: length = 0.0_wp               ! of the last step; 0: none since a start
       logical, private :: keeps_factors = .false.        ! a system whose matrices are factorized for each length
       integer, private :: order = 0                      ! of the method, for a first step
    contains
@@ -68,6 +69,10 @@ module dynstep_controlled_run
 
    !> Trials for one step: with a quarter of the length each, from anything to nothing
    integer, parameter :: most_trials = 60
+
+   !> A method with a memory starts anew where so many trials failed: behind a jump of the right side its slopes tell nothing,
+   !> and its estimate does not fall with h.  A Newton iteration that needs shorter steps gets them before.
+   integer, parameter :: trials_before_restart = 8
 
    !> A step that might grow by less is kept where each length has factors of its own, which cost as much as some steps
    real(wp), parameter :: worthwhile_growth = 1.2_wp
@@ -136,6 +141,7 @@ contains
       if (.not. self%longest > 0.0_wp) self%longest = abs(t_end - state%t)*merge(1.0_wp, 1.0_wp/16.0_wp, control%is_weighted())
       self%h = 0.0_wp
       self%after_rejection = .false.
+      self%length = 0.0_wp
       self%error_before = -1.0_wp
       call check_tolerance(self, state, status)
    end subroutine controlled_begin
@@ -219,11 +225,17 @@ contains
 
       steps = 0
       if (.not. abs(self%h) > 0.0_wp) call choose_first(self, stepper, sys, state)
+      ! slopes over a step that was cut short by an event are rounding errors beside a long one
+      if (self%growth < huge(1.0_wp) .and. self%length > 0.0_wp) then
+         if (abs(self%h) > self%growth*self%length) call stepper%restart(sys, state, status)
+      end if
+      self%length = 0.0_wp
       call find_step(self, stepper, sys, state, status)
       call self%monitor%look(stepper, sys, self%left%t - state%t, steps_ahead(self, state))
       call self%cut_at_zero(stepper, sys, state, self%verdict%order, no_step, status, events)
       if (status%failed() .or. no_step) return
       self%step_order = self%verdict%order
+      self%length = abs(self%left%t - state%t)
       call stepper%accept(state, self%left)
       steps = 1
    end subroutine controlled_make_steps
@@ -242,7 +254,7 @@ contains
       class(controlled_run_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper
       class(ode_system), intent(inout) :: sys
-      type(state_type), intent(in) :: state
+      type(state_type), intent(inout) :: state
       type(status_type), intent(inout) :: status
       type(status_type) :: cause
       real(wp) :: h, t1
@@ -250,6 +262,8 @@ contains
 
       if (status%failed()) return
       do trial = 1, most_trials
+         if (trial == trials_before_restart .and. self%growth < huge(1.0_wp)) call stepper%restart(sys, state, status)
+         if (status%failed()) return
          h = self%h
          t1 = state%t + h
          ! no last step of a few units of rounding
@@ -331,6 +345,7 @@ contains
       real(wp) :: planned
       if (status%failed()) return
       planned = self%h
+      self%length = 0.0_wp
       self%error_before = -1.0_wp
       self%after_rejection = .false.
       call choose_first(self, stepper, sys, state)
@@ -365,6 +380,7 @@ contains
       call file%item('growth', self%growth)
       call file%item('error_before', self%error_before)
       call file%item('after_rejection', self%after_rejection)
+      call file%item('length', self%length)
       call file%item('keeps_factors', self%keeps_factors)
       call file%item('order', self%order)
       call file%end_section()

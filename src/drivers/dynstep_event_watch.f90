@@ -25,10 +25,13 @@ module dynstep_event_watch
    !> Fewest and most interior samples of a step
    integer, parameter :: fewest_samples = 3, most_samples = 20
 
-   !> Where the sign of a function that is zero at the begin of a step is looked for, as parts of the step; the first of them
-   !> counts at which it has grown by this factor over what rounding left of the zero
-   real(wp), parameter :: probes(5) = [1.0e-10_wp, 1.0e-8_wp, 1.0e-6_wp, 1.0e-4_wp, 1.0e-2_wp]
-   real(wp), parameter :: above_rounding = 16.0_wp
+   !> The sign of a function that is zero at the begin of a step is looked for behind so many units of rounding of t, ten times
+   !> as many, and so on, up to this part of the step; the first place counts at which it has grown by this factor over what
+   !> rounding left of the zero
+   real(wp), parameter :: first_probe = 16.0_wp, last_probe = 1.0e-2_wp, above_rounding = 4.0_wp
+
+   !> A function that is not zero by this part of its largest value in the step before was moved by the action
+   real(wp), parameter :: moved = 1.0e-10_wp
 
    !> A bracket on the interpolant is halved so often; real steps do the rest
    integer, parameter :: halvings = 24
@@ -62,6 +65,7 @@ module dynstep_event_watch
       procedure :: fire => watch_fire
       procedure :: has_crossed => watch_has_crossed
       procedure :: ends_behind => watch_ends_behind
+      procedure :: pass_zero => watch_pass_zero
       procedure :: slope => watch_slope
    end type event_watch
 
@@ -132,6 +136,7 @@ contains
       class(event_watch), intent(inout) :: self
       type(archive_type), intent(inout) :: file
       call file%section('watch')
+      if (file%failed()) return
       if (file%is_reading) call self%clear()
       call file%item('count', self%count)
       call file%item('sign_now', self%sign_now)
@@ -187,7 +192,7 @@ contains
       do i = 1, self%count
          if (i <= self%switches) then
             self%sign_now(i) = sys%side(i)
-         else if (abs(self%value(i)) > 0.0_wp .and. .not. self%fired(i)) then
+         else if (is_off_zero(self, i)) then
             self%sign_now(i) = sign_of(self%value(i))
          else
             self%sign_now(i) = 0
@@ -195,6 +200,14 @@ contains
       end do
       self%fired = .false.
    end subroutine watch_look_at_state
+
+   !> A function that fired is zero there, unless the action has moved it by more than rounding, beside its last values
+   pure logical function is_off_zero(self, i)
+      class(event_watch), intent(in) :: self
+      integer, intent(in) :: i
+      is_off_zero = abs(self%value(i)) > 0.0_wp
+      if (self%fired(i)) is_off_zero = abs(self%value(i)) > moved*maxval(abs(self%sample(i, :)))
+   end function is_off_zero
 
    pure integer function sign_of(x)
       real(wp), intent(in) :: x
@@ -285,14 +298,16 @@ contains
       integer, intent(in) :: i
       type(status_type), intent(inout) :: status
       class(event_type), intent(inout), optional :: events
-      integer :: k
-      do k = 1, size(probes)
-         call evaluate_at(self, stepper, sys, left, right, probes(k), status, events)
+      real(wp) :: c
+      c = first_probe*spacing(max(abs(left%t), abs(right%t)))/abs(right%t - left%t)
+      do while (c <= last_probe)
+         call evaluate_at(self, stepper, sys, left, right, c, status, events)
          if (status%failed()) return
          if (abs(self%value(i)) > above_rounding*abs(self%begin_value(i))) then
             self%sign_now(i) = sign_of(self%value(i))
             return
          end if
+         c = 10.0_wp*c
       end do
    end subroutine find_sign
 
@@ -403,6 +418,13 @@ contains
       class(event_watch), intent(inout) :: self
       self%end_value = self%value
    end subroutine watch_take_end
+
+   !> The zero of function i at the present state was met before: its sign is that behind it
+   pure subroutine watch_pass_zero(self, i)
+      class(event_watch), intent(inout) :: self
+      integer, intent(in) :: i
+      self%sign_now(i) = -self%bracket_sign(i)
+   end subroutine watch_pass_zero
 
    !> A step was accepted in which no function went through zero: signs at its end, where they are known there
    pure subroutine watch_pass(self)

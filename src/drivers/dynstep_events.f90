@@ -127,6 +127,7 @@ contains
       type(archive_type), intent(inout) :: file
       call file%section('events')
       call file%item('count', self%count)
+      if (file%failed()) return
       if (file%is_reading .and. allocated(self%which)) deallocate (self%which, self%t, self%y)
       call file%item('which', self%which)
       call file%item('t', self%t)

@@ -48,7 +48,6 @@ module dynstep_run
    !> A run that can be left and taken up again
    type, abstract, public :: run_type
       real(wp) :: t_end = 0.0_wp
-      integer :: most_events_in_a_row = 100              !! events without a step between them that ends at none
       type(event_log) :: log                             !! events that were met since `begin`
       real(wp), allocatable :: t_eval(:)                 !! times to record
       type(state_type) :: left                           !! begin of the last step; before it is accepted, the trial
@@ -63,9 +62,11 @@ module dynstep_run
       logical, private :: is_restored = .false.          ! from a checkpoint, and not taken up yet
       logical, private :: has_dense = .false.            ! self%dense is begun
       integer, private :: next = 1                       ! first t_eval that is not recorded
-      integer, private :: events_in_a_row = 0
+      real(wp), private :: t_begin = 0.0_wp              ! of the run
       real(wp), allocatable, private :: last_time(:)     ! [watch%count] of each function's last event
       integer, allocatable, private :: quick_events(:)   ! [watch%count] so many of its events lie too close to one another
+      logical, private :: has_changed = .false.          ! at the last event
+      logical, private :: is_broken = .false.            ! a checkpoint could be taken over in parts only
       type(state_type), private :: point                 ! inside a step
       type(dense_output_type), private :: dense
    contains
@@ -164,8 +165,8 @@ module dynstep_run
 
    !> Events of one function that are nearer to each other than this part of the time, so many times one after the other, are
    !> bounces that come to an end, or chatter: with shorter ones the resolution of t is used up
-   real(wp), parameter :: quick = 1.0e4_wp*epsilon(1.0_wp)
-   integer, parameter :: most_quick_events = 8
+   real(wp), parameter :: quick = 1.0e5_wp*epsilon(1.0_wp)
+   integer, parameter :: most_quick_events = 3
 
    !> Most real steps to one zero: bisection of any step needs 52
    integer, parameter :: most_trials = 60
@@ -200,7 +201,8 @@ contains
       self%fresh = .true.
       self%is_recorded = .false.
       self%which = 0
-      self%events_in_a_row = 0
+      self%t_begin = state%t
+      self%is_broken = .false.
       self%log%count = 0
       self%has_dense = .false.
       self%is_restored = .false.
@@ -443,7 +445,13 @@ contains
       do trial = 0, most_refusals
          t1 = self%left%t
          call self%watch%first_zero(stepper, sys, state, self%left, order, self%which, t, status, events)
-         if (.not. (status%failed() .and. status%retry) .or. trial == most_refusals) exit
+         if (.not. (status%failed() .and. status%retry)) then
+            if (.not. is_met(self, state, t, t1)) exit
+            call self%watch%pass_zero(self%which)
+            cycle
+         else if (trial == most_refusals) then
+            exit
+         end if
          ! a function refuses the end of the step: half of it
          call status%clear()
          call self%try(stepper, sys, state, state%t + 0.5_wp*(t1 - state%t), status)
@@ -453,8 +461,23 @@ contains
       if (self%which > 0) call step_to_zero(self, stepper, sys, state, t, t1, no_step, status, events)
       if (status%failed() .or. self%which > 0) return
       call self%watch%pass()
-      self%events_in_a_row = 0
    end subroutine run_cut_at_zero
+
+   !> The zero of an event that was noted at this state and changed nothing: steps lead to within the resolution of it
+   pure logical function is_met(self, state, t, t1)
+      class(run_type), intent(in) :: self
+      type(state_type), intent(in) :: state
+      real(wp), intent(in) :: t, t1
+      is_met = .false.
+      if (self%which <= self%watch%switches .or. self%has_changed) return
+      is_met = max(abs(state%t - self%last_time(self%which)), abs(t - state%t)) <= 2.0_wp*resolution_of(state%t, t1)
+   end function is_met
+
+   !> Of times in a step
+   pure real(wp) function resolution_of(t, t1)
+      real(wp), intent(in) :: t, t1
+      resolution_of = 2.0_wp*epsilon(1.0_wp)*max(abs(t), abs(t1), abs(t1 - t))
+   end function resolution_of
 
    !> Real steps from `state`, to the zero of function `which` that the interpolant has at t, between state and t1: a secant
    !> inside a bracket.  Where the real steps have no zero, the step to t1 is made anew and `which` is 0.
@@ -472,7 +495,7 @@ contains
       logical :: has_behind
       integer :: trial
 
-      resolution = 2.0_wp*epsilon(1.0_wp)*max(abs(state%t), abs(t1), abs(t1 - state%t))
+      resolution = resolution_of(state%t, t1)
       before = state%t
       behind = t1
       has_behind = self%watch%ends_behind(self%which)
@@ -581,6 +604,7 @@ contains
          end if
          if (status%failed()) return
       end do
+      self%has_changed = is_changed
       if (is_changed) then
          call stepper%restart(sys, state, status)
          call self%restarted(stepper, sys, state, status)
@@ -604,17 +628,16 @@ contains
       real(wp), intent(in) :: t
       type(status_type), intent(inout) :: status
       integer :: i
-      self%events_in_a_row = self%events_in_a_row + 1
       do i = 1, self%watch%count
          if (.not. self%watch%fired(i)) cycle
-         if (abs(t - self%last_time(i)) <= quick*max(abs(t), abs(self%t_end - t))) then
+         if (abs(t - self%last_time(i)) <= quick*max(abs(t), abs(t - self%t_begin))) then
             self%quick_events(i) = self%quick_events(i) + 1
          else
             self%quick_events(i) = 0
          end if
          self%last_time(i) = t
       end do
-      if (self%events_in_a_row <= self%most_events_in_a_row .and. maxval(self%quick_events) <= most_quick_events) return
+      if (maxval(self%quick_events) <= most_quick_events) return
       call status%set(dynstep_too_many_events, 'events come one after the other up to t = '//text(t)//': the motion chatters, ' &
          & //'bounces to an end, or slides along a surface; give the motion behind it equations of its own, or end the run at ' &
          & //'this event')
@@ -652,7 +675,8 @@ contains
          state%y = self%point%y
          return
       end if
-      is_changed = is_changed .or. changed
+      ! an action may forget to say so
+      is_changed = is_changed .or. changed .or. any(abs(state%y - self%point%y) > 0.0_wp)
       if (.not. allocated(events%terminal)) return
       if (events%terminal(i)) last = i
    end subroutine meet_one
@@ -684,16 +708,24 @@ contains
       type(state_type), intent(inout) :: state
       type(status_type), intent(inout) :: status
       type(archive_type) :: file
+      type(state_type) :: before
       if (status%failed()) return
       call status%clear()
+      before = state
       call file%begin_reading(path, status)
       if (.not. status%failed()) then
+         self%is_broken = .true.
          call allocate_state(sys, self%left, status)
          call allocate_state(sys, self%point, status)
          call allocate_state(sys, state, status)
       end if
       call visit(self, file, stepper, sys, state, status)
       call file%finish(status)
+      if (status%failed()) then
+         state = before
+         return
+      end if
+      self%is_broken = .false.
       self%is_restored = .true.
    end subroutine run_restore
 
@@ -709,10 +741,12 @@ contains
       if (status%failed() .or. file%failed()) return
       call state%archive('state', file)
       call file%expect('switches', sys%switches)
+      if (file%failed()) return
       call file%item('side', sys%side)
       if (file%is_reading .and. .not. file%failed()) call sys%sides_changed()
       call file%section('run')
       call file%item('t_end', self%t_end)
+      if (file%failed()) return
       if (file%is_reading .and. allocated(self%t_eval)) deallocate (self%t_eval)
       call file%item('t_eval', self%t_eval)
       call file%item('next', self%next)
@@ -721,8 +755,8 @@ contains
       call file%item('has_dense', self%has_dense)
       call file%item('is_recorded', self%is_recorded)
       call file%item('step_order', self%step_order)
-      call file%item('most_events_in_a_row', self%most_events_in_a_row)
-      call file%item('events_in_a_row', self%events_in_a_row)
+      call file%item('t_begin', self%t_begin)
+      call file%item('has_changed', self%has_changed)
       if (file%is_reading .and. allocated(self%last_time)) deallocate (self%last_time, self%quick_events)
       call file%item('last_time', self%last_time)
       call file%item('quick_events', self%quick_events)

@@ -170,10 +170,10 @@ contains
       real(wp) :: d0, d1, d2
       h = abs(self%h_first)
       if (h > 0.0_wp) return
-      d0 = norm%measure(y, y, y)
-      d1 = norm%measure(slope, y, y)
+      d0 = size_beside(norm, y, y)
+      d1 = size_beside(norm, slope, y)
       d2 = 0.0_wp
-      if (size(second) == size(y)) d2 = norm%measure(second, y, y)
+      if (size(second) == size(y)) d2 = size_beside(norm, second, y)
       h = 1.0e-6_wp
       if (min(d0, d1) > 1.0e-5_wp) h = 0.01_wp*d0/d1
       if (max(d1, d2) > 1.0e-15_wp) then
@@ -182,6 +182,20 @@ contains
          h = max(1.0e-6_wp, 1.0e-3_wp*h)
       end if
    end function control_first
+
+   !> The norm of x beside y without the components that have no tolerance there: zeros with atol = 0
+   pure real(wp) function size_beside(norm, x, y) result(length)
+      type(error_norm_type), intent(in) :: norm
+      real(wp), intent(in) :: x(:), y(:)
+      real(wp) :: scale
+      integer :: i
+      length = 0.0_wp
+      do i = 1, size(x)
+         scale = norm%atol(min(i, size(norm%atol))) + norm%rtol*abs(y(i))
+         if (scale > 0.0_wp) length = length + (min(abs(x(i))/scale, 1.0e100_wp))**2
+      end do
+      length = sqrt(length/real(size(x), wp))
+   end function size_beside
 
    !> To a checkpoint or from it; t_eval is kept by the run
    recursive subroutine control_archive(self, file)

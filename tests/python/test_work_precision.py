@@ -7,7 +7,6 @@ import dynstep
 
 pytest.importorskip("scipy")
 
-pytestmark = pytest.mark.skipif(dynstep.NewmarkExtrapolation().levels is not None, reason="levels are not chosen by the error")
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
