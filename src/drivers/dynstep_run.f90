@@ -171,6 +171,10 @@ module dynstep_run
    !> Most real steps to one zero: bisection of any step needs 52
    integer, parameter :: most_trials = 60
 
+   !> Zeros of one function that are nearer to each other than so many resolutions of t are one, unless something changed there:
+   !> rounding errors of sin(2 pi t) near t = 1e6 have several
+   real(wp), parameter :: same_zero = 32.0_wp
+
    !> Halvings of a step before a zero that does not succeed; of one in which a function refuses its arguments, as it may do
    !> close behind its zero: where it does so 1e-3 behind it, steps of 1.6 take more than 10
    integer, parameter :: most_halvings = 10, most_refusals = 30
@@ -227,7 +231,9 @@ contains
 
       if (status%failed()) return
       call status%clear()
-      if (self%fresh) call check_started(stepper, sys, state, status)
+      if (self%is_broken) call status%set(dynstep_invalid_input, 'the run could not take over its checkpoint; begin it, or ' &
+         & //'restore it from another one')
+      if (self%fresh .and. .not. status%failed()) call check_started(stepper, sys, state, status)
       if (status%failed()) return
       allowed = huge(allowed)
       if (present(max_steps)) allowed = max_steps
@@ -445,22 +451,22 @@ contains
       do trial = 0, most_refusals
          t1 = self%left%t
          call self%watch%first_zero(stepper, sys, state, self%left, order, self%which, t, status, events)
-         if (.not. (status%failed() .and. status%retry)) then
+         if (status%failed() .and. status%retry .and. trial < most_refusals) then
+            ! a function refuses the end of the step: half of it
+            call status%clear()
+            t1 = state%t + 0.5_wp*(t1 - state%t)
+         else
+            if (status%failed()) return
+            if (self%which > 0) call step_to_zero(self, stepper, sys, state, t, t1, no_step, status, events)
+            if (status%failed()) return
             if (.not. is_met(self, state, t, t1)) exit
             call self%watch%pass_zero(self%which)
-            cycle
-         else if (trial == most_refusals) then
-            exit
+            no_step = .false.
          end if
-         ! a function refuses the end of the step: half of it
-         call status%clear()
-         call self%try(stepper, sys, state, state%t + 0.5_wp*(t1 - state%t), status)
-         if (status%failed()) exit
+         call self%try(stepper, sys, state, t1, status)
+         if (status%failed()) return
       end do
-      if (status%failed()) return
-      if (self%which > 0) call step_to_zero(self, stepper, sys, state, t, t1, no_step, status, events)
-      if (status%failed() .or. self%which > 0) return
-      call self%watch%pass()
+      if (self%which == 0) call self%watch%pass()
    end subroutine run_cut_at_zero
 
    !> The zero of an event that was noted at this state and changed nothing: steps lead to within the resolution of it
@@ -470,7 +476,7 @@ contains
       real(wp), intent(in) :: t, t1
       is_met = .false.
       if (self%which <= self%watch%switches .or. self%has_changed) return
-      is_met = max(abs(state%t - self%last_time(self%which)), abs(t - state%t)) <= 2.0_wp*resolution_of(state%t, t1)
+      is_met = max(abs(state%t - self%last_time(self%which)), abs(t - state%t)) <= same_zero*resolution_of(state%t, t1)
    end function is_met
 
    !> Of times in a step
