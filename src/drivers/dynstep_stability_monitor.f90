@@ -3,9 +3,9 @@
 !>
 !> Extrapolated Newmark is stable up to a limit of omega h only (docs/theory/newmark-extrapolation.md), explicit methods, too.
 !> Of a linear system the highest frequency is bounded by Gershgorin's circles where M is diagonal; where that is too
-!> much, and elsewhere, a power iteration with M^-1 K finds it, from below, with the damping ratio of its mode.  The limit is that for a
-!> growth of `most_growth` over all steps of the run.  Of other systems the columns of the extrapolation are looked at: where
-!> the results of more substeps differ more than those of few, step after step, nothing converges.
+!> much, and elsewhere, a power iteration with M^-1 K finds it, from below, with the damping ratio of its mode.  The limit
+!> is that for a growth of `most_growth` over all steps of the run.  Of other systems the columns of the extrapolation are
+!> looked at: where the results of more substeps differ more than those of few, step after step, nothing converges.
 !>
 !>     call monitor%begin(stepper, sys)
 !>     call monitor%look(stepper, sys, h, steps)        before steps of length h

@@ -98,8 +98,8 @@ contains
       else
          call pade_rational(self%p - 1, min(self%q + 1, most_pade), r, status)
       end if
-      ! One node of loads more: the velocity of a stiff forced mode is as wrong as the slope of the interpolated load, in the same way
-      ! in both with the same nodes (estimate 0.05 of the error).  Stiff systems of first order do not need it.
+      ! One node of loads more: the velocity of a stiff forced mode is as wrong as the slope of the interpolated load, in the
+      ! same way in both with the same nodes (estimate 0.05 of the error).  Stiff systems of first order do not need it.
       select type (sys)
       class is (linear_system)
          r%order = max(r%order, self%p + self%q) + 1

@@ -5,7 +5,7 @@ module test_events
    use dynstep, only: bilinear_spring, control_type, controlled_run_type, dynstep_callback_failed, &
       & dynstep_event, dynstep_invalid_input, dynstep_more, dynstep_not_finite, dynstep_too_many_events, event_type, &
       & extrapolation_stepper, integration_type, law_literal, law_odd, mechanical_system, newmark_stepper, ode_system, &
-      & sequence_romberg, state_type, status_type, step_control_type, stepper_type, trajectory_type, wp
+      & sequence_romberg, soi2_stepper, state_type, status_type, step_control_type, stepper_type, trajectory_type, wp
    use testing, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -61,6 +61,9 @@ contains
          & new_unittest('dry-friction', test_dry_friction), &
          & new_unittest('sliding', test_sliding), &
          & new_unittest('pieces', test_pieces), &
+         & new_unittest('moved-level', test_moved_level), &
+         & new_unittest('many', test_many), &
+         & new_unittest('close-with-a-history', test_close), &
          & new_unittest('faults', test_faults), &
          & new_unittest('refusals', test_refusals), &
          & new_unittest('work', test_work)]
@@ -123,6 +126,10 @@ contains
       case (9)
          s = y(1) - self%level
          if (y(1) < self%level - 1.0e-3_wp) ierr = 1
+      case (10)
+         s = sin(2.0_wp*acos(-1.0_wp)*t)
+      case (11)
+         s = [t - 0.5_wp, t - (0.5_wp + self%level)]
       case default
          s = y(1) - self%level
       end select
@@ -138,6 +145,7 @@ contains
       ierr = 0
       if (self%kind == 6) state%y(2) = -self%restitution*state%y(2)
       if (self%kind == 7) ierr = 5
+      if (self%kind == 12) self%level = self%level + 0.004_wp
       if (self%kind == 8) state%y(1) = ieee_value(1.0_wp, ieee_quiet_nan)
       changed = self%kind == 6 .or. self%kind == 8
    end subroutine watcher_act
@@ -658,6 +666,86 @@ contains
       call check(error, all(abs(y(:, 1) - y(:, 2)) <= 0.0_wp), 'states')
       call check(error, t(1), t(2), 'last event', thr=tiny(1.0_wp))
    end subroutine test_pieces
+
+   !> An action may move the level of its own event, by much less than a step
+   subroutine test_moved_level(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(point_mass) :: sys
+      type(watcher) :: event
+      class(stepper_type), allocatable :: stepper
+      type(integration_type) :: run
+      type(state_type) :: state
+      type(status_type) :: status
+      call new_point(sys, .true.)
+      call new_method(stepper, 4)
+      call start(sys, stepper, state, 0.0_wp, 1.0_wp, status)
+      event%kind = 12
+      event%level = 0.01_wp
+      call run%begin(sys, state, 0.2_wp, control_type(h=0.1_wp), status)
+      call run%proceed(stepper, sys, state, status, events=event)
+      call check(error, status%code, 0, trim(status%message))
+      ! sin(0.2) = 0.19867: levels 0.01, 0.014, ..., 0.198
+      call check(error, run%log%count, 48)
+      if (allocated(error)) return
+      call check(error, run%log%t(48), asin(0.198_wp), 'the last one', thr=1.0e-12_wp)
+   end subroutine test_moved_level
+
+   !> Two events in each of a hundred time units, whatever the steps are
+   subroutine test_many(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(point_mass) :: sys
+      type(watcher) :: event
+      class(stepper_type), allocatable :: stepper
+      type(controlled_run_type) :: run
+      type(step_control_type) :: control
+      type(state_type) :: state
+      type(status_type) :: status
+      integer :: i
+      call new_point(sys, .true.)
+      call new_method(stepper, 6)
+      call start(sys, stepper, state, 1.0_wp, 0.0_wp, status)
+      event%kind = 10
+      control%h_max = 2.0_wp
+      call run%begin(stepper, sys, state, 100.0_wp, control, status)
+      call run%proceed(stepper, sys, state, status, events=event)
+      call check(error, status%code, 0, trim(status%message))
+      ! the zero at the end lies on either side of it
+      call check(error, run%log%count == 199 .or. run%log%count == 200, 'number')
+      if (allocated(error)) return
+      do i = 1, 199
+         call check(error, run%log%t(i), 0.5_wp*i, 'time', thr=1.0e-13_wp)
+      end do
+   end subroutine test_many
+
+   !> Two events 1e-15 to 1e-5 apart, by a method with a memory: what is behind the short step is as good as without it
+   subroutine test_close(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(point_mass) :: sys
+      type(watcher) :: event
+      type(soi2_stepper) :: stepper
+      type(controlled_run_type) :: run
+      type(step_control_type) :: control
+      type(state_type) :: state
+      type(status_type) :: status
+      integer :: k
+      do k = 5, 15
+         call new_point(sys, .true.)
+         state%t = 0.0_wp
+         state%y = [1.0_wp, 0.0_wp]
+         call stepper%init(sys, status)
+         call stepper%start(sys, state, status)
+         event%kind = 11
+         event%count = 2
+         event%level = 10.0_wp**(-k)
+         call run%begin(stepper, sys, state, 2.0_wp, control, status)
+         call run%proceed(stepper, sys, state, status, events=event)
+         call check(error, status%code, 0, trim(status%message))
+         call check(error, run%log%count, 2)
+         if (allocated(error)) return
+         ! rtol = 1e-6, atol = 1e-8: 2/3 of the digits
+         call check(error, state%y(1), cos(2.0_wp), 'q', thr=2.0e-4_wp)
+      end do
+   end subroutine test_close
 
    !> What a function or an action may do wrong: a sentence, and the state that was reached
    subroutine test_faults(error)
