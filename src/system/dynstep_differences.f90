@@ -25,6 +25,9 @@ module dynstep_differences
    !> epsilon |f|/delta of a one-sided difference
    real(wp), parameter :: relative_step = sqrt(epsilon(1.0_wp))
 
+   !> What is smaller counts as zero: the step of a difference would be among the subnormal numbers, or zero itself
+   real(wp), parameter :: smallest = tiny(1.0_wp)/epsilon(1.0_wp)
+
 contains
 
    !> Number of evaluations that a Jacobian of this structure needs
@@ -55,12 +58,12 @@ contains
       v_size = abs(v)
       call raise_small(time*v_size, q_size)
       call raise_small(abs(q)/time, v_size)
-      where (.not. q_size > 0.0_wp) q_size = 0.01_wp*time**2*abs(a)
-      where (.not. v_size > 0.0_wp) v_size = 0.01_wp*time*abs(a)
-      where (.not. q_size > 0.0_wp) q_size = 0.01_wp*maxval(q_size)
-      where (.not. v_size > 0.0_wp) v_size = 0.01_wp*maxval(v_size)
-      where (.not. q_size > 0.0_wp) q_size = 1.0_wp
-      where (.not. v_size > 0.0_wp) v_size = 1.0_wp
+      where (.not. q_size >= smallest) q_size = 0.01_wp*time**2*abs(a)
+      where (.not. v_size >= smallest) v_size = 0.01_wp*time*abs(a)
+      where (.not. q_size >= smallest) q_size = 0.01_wp*maxval(q_size)
+      where (.not. v_size >= smallest) v_size = 0.01_wp*maxval(v_size)
+      where (.not. q_size >= smallest) q_size = 1.0_wp
+      where (.not. v_size >= smallest) v_size = 1.0_wp
    end subroutine motion_sizes
 
    !> Sizes of the components of a state of first order: that of each itself, raised where it is much
@@ -72,8 +75,8 @@ contains
       time = time_scale(maxval(abs(y)), maxval(abs(f)), 0.0_wp)
       sizes = abs(y)
       call raise_small(time*abs(f), sizes)
-      where (.not. sizes > 0.0_wp) sizes = 0.01_wp*maxval(sizes)
-      where (.not. sizes > 0.0_wp) sizes = 1.0_wp
+      where (.not. sizes >= smallest) sizes = 0.01_wp*maxval(sizes)
+      where (.not. sizes >= smallest) sizes = 1.0_wp
    end subroutine state_sizes
 
    pure elemental subroutine raise_small(change, size)
@@ -86,11 +89,11 @@ contains
    pure real(wp) function time_scale(q, v, a)
       real(wp), intent(in) :: q, v, a      !! largest components
       time_scale = 1.0_wp
-      if (min(q, v) > 0.0_wp) then
+      if (min(q, v) >= smallest) then
          time_scale = q/v
-      else if (min(q, a) > 0.0_wp) then
+      else if (min(q, a) >= smallest) then
          time_scale = sqrt(q/a)
-      else if (min(v, a) > 0.0_wp) then
+      else if (min(v, a) >= smallest) then
          time_scale = v/a
       end if
       time_scale = min(max(time_scale, 1.0e-60_wp), 1.0e60_wp)    ! its square must not overflow

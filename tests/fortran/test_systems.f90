@@ -57,6 +57,7 @@ contains
          & new_unittest('singular-mass', test_singular_mass), &
          & new_unittest('first-order', test_first_order), &
          & new_unittest('wrong-methods', test_wrong_methods), &
+         & new_unittest('subnormal-states', test_subnormal), &
          & new_unittest('wrong-structure', test_wrong_structure), &
          & new_unittest('wrong-matrices', test_wrong_matrices), &
          & new_unittest('rhs', test_rhs), &
@@ -536,6 +537,50 @@ contains
       call check(error, ierr < 0, 'a singular mass')
       call check(error, sys%state_size(), 6)
    end subroutine test_rhs
+
+   !> Jacobians by differences at rest, and where a state is so small that a part of it in 1e8 is zero: f = -q + v/2, y' = -y.
+   !> With and without velocities and accelerations, which give other sizes
+   subroutine test_subnormal(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: lengths(6) = [0.0_wp, 1.0e-318_wp, 1.0e-310_wp, 1.0e-300_wp, 1.0e-280_wp, 1.0_wp]
+      type(any_mass) :: sys
+      type(decay) :: first_order
+      type(matrix_type) :: k, c
+      integer :: i, j, ierr
+      sys%n = 2
+      sys%structure%mass_is_constant = .true.
+      first_order%n = 2
+      k = dense_matrix(reshape([0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [2, 2]))
+      c = k
+      do i = 1, size(lengths)
+         associate (q => [lengths(i), 0.5_wp*lengths(i)], rest => [0.0_wp, 0.0_wp])
+            do j = 1, 4
+               call sys%difference_tangent(0.0_wp, merge(q, rest, j /= 4), merge(q, rest, j >= 2), merge(q, rest, j >= 3), &
+                  & k, c, ierr)
+               call check(error, ierr, 0)
+               call check(error, is_near(k, 1.0_wp), 'K')
+               call check(error, is_near(c, -0.5_wp), 'C')
+            end do
+            call first_order%jacobian(0.0_wp, q, k, ierr)
+            call check(error, ierr, 0)
+            call check(error, is_near(k, -1.0_wp), 'df/dy')
+         end associate
+      end do
+   end subroutine test_subnormal
+
+   !> x times the identity: linear functions, whose differences have rounding errors alone, of f: epsilon/2 each beside a
+   !> change by sqrt(epsilon) times the size, a hundredth of q's where v is zero
+   pure logical function is_near(matrix, x)
+      type(matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: x
+      integer :: i, j
+      is_near = .true.
+      do j = 1, matrix%n
+         do i = 1, matrix%n
+            is_near = is_near .and. abs(matrix%entry(i, j) - merge(x, 0.0_wp, i == j)) <= 100.0_wp*sqrt(epsilon(x))
+         end do
+      end do
+   end function is_near
 
    !> v^T M v/2 + q^T K q/2 where M and K are symmetric, in each storage; an error code where not
    subroutine test_energy(error)
