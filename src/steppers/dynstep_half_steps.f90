@@ -296,6 +296,8 @@ contains
                ! where a unit is many eps, the step may be worse than what there is
                if (noise <= rounding*epsilon(1.0_wp)) self%d = self%d + self%z
                if (noise <= max(most_rounding, newton%tolerance)) return
+               ! h |y'| is far below the rounding errors of y: the unit, eps |y|/h, is felt by no component
+               if (length <= rounding*epsilon(1.0_wp)) return
                call status%set(dynstep_not_converged, 'rounding errors of the backward half-step to t = '//text(t1) &
                   & //' over h = '//text(h)//' are '//text(noise)//' of the state; reduce h.  '//trim(advice), retry=.true.)
                return

@@ -85,6 +85,12 @@ module test_backinterpolation
       procedure :: rhs => as_first_order_rhs
    end type as_first_order
 
+   !> q'' = -q
+   type, extends(mechanical_system) :: spring
+   contains
+      procedure :: force => spring_force
+   end type spring
+
 contains
 
    subroutine collect_backinterpolation(testsuite)
@@ -106,6 +112,7 @@ contains
          & new_unittest('jacobians', test_jacobians), &
          & new_unittest('first-order-form', test_first_order_form), &
          & new_unittest('near-special-alphas', test_near_special), &
+         & new_unittest('short-steps', test_short_steps), &
          & new_unittest('limits', test_limits), &
          & new_unittest('faults', test_faults), &
          & new_unittest('refusals', test_refusals), &
@@ -1218,4 +1225,44 @@ contains
       end do
       call check(error, .not. status%failed(), status%message)
    end subroutine test_tolerance
+
+   recursive subroutine spring_force(self, t, q, v, f, ierr)
+      class(spring), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: q(self%n), v(self%n)
+      real(wp), intent(out) :: f(self%n)
+      integer, intent(out) :: ierr
+      ierr = 0
+      f = -q + 0.0_wp*v
+      if (t < -1.0_wp) ierr = 1
+   end subroutine spring_force
+
+   !> From rest, h |y'| may be lost in the rounding of y: the velocity is h y' to the accuracy of the iteration
+   subroutine test_short_steps(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=16), parameter :: names(3) = [character(len=16) :: 'bi', 'bi45', 'bi-extrapolation']
+      class(stepper_type), allocatable :: stepper
+      type(spring) :: sys
+      type(state_type) :: state, trial
+      type(status_type) :: status
+      real(wp) :: h
+      integer :: i, k
+      sys%n = 1
+      do i = 1, size(names)
+         do k = 6, 60, 6
+            h = 10.0_wp**(-k)
+            call new_method(trim(names(i)), stepper, status)
+            call stepper%init(sys, status)
+            call allocate_state(sys, state, status)
+            call allocate_state(sys, trial, status)
+            state%y = [1.0_wp, 0.0_wp]
+            call stepper%start(sys, state, status)
+            call stepper%try_step(sys, state, h, h, trial, status)
+            call check(error, .not. status%failed(), trim(names(i))//': '//trim(status%message))
+            if (status%failed()) return
+            call check(error, trial%y(1), 1.0_wp, thr=1.0e-12_wp)
+            call check(error, trial%y(2)/h, -1.0_wp, thr=1.0e-9_wp)
+         end do
+      end do
+   end subroutine test_short_steps
 end module test_backinterpolation
