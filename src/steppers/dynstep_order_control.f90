@@ -56,7 +56,8 @@ module dynstep_order_control
    real(wp), parameter :: rounding_share = 0.3_wp, reach = 0.03_wp
    integer, parameter :: fewest = 4
 
-   !> A column that does not improve on the one before it, at less than this multiple of the rounding errors, is noise
+   !> A column that does not improve on the one before it, at less than this multiple of its rounding errors, is noise.  Larger
+   !> ones that do not fall are those of a stiff system, which a shorter step mends; what the iterations leave is less than 1
    real(wp), parameter :: noise_below = 100.0_wp
 
    type, public :: order_control
@@ -305,7 +306,7 @@ contains
       type(status_type), intent(inout) :: status
       if (k < 3) return
       if (self%error(k) < 0.5_wp*self%error(k - 1)) return
-      if (self%error(k) > noise_below*max(1.0_wp, self%noise(k)*self%rounding)) return
+      if (self%error(k) > noise_below*self%noise(k)*self%rounding) return
       if (self%stuck_h > 0.0_wp .and. self%h <= 0.55_wp*self%stuck_h .and. self%error(k) > 0.5_wp*self%stuck_error) then
          call unattainable(self, 3.0_wp*self%error(k), status)
       else if (.not. self%stuck_h > 0.0_wp) then

@@ -7,13 +7,21 @@ module test_order_control
       & mechanical_system, midpoint_stepper, newmark_stepper, state_type, status_type, two_body_system, wp, zero_matrix
    use dynstep_error_norm, only: error_norm_type
    use dynstep_point_masses, only: kepler, pleiades, point_masses_system
-   use dynstep_sequences, only: sequence_automatic, sequence_custom
+   use dynstep_order_control, only: order_control
+   use dynstep_sequences, only: extrapolation_weights, sequence_automatic, sequence_custom
    use dynstep_stepper, only: verdict_type
    use testing, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
 
    public :: collect_order_control
+
+   !> q'' = mu (1 - q^2) q' - q, B. van der Pol's oscillator
+   type, extends(mechanical_system) :: van_der_pol
+      real(wp) :: mu = 20.0_wp
+   contains
+      procedure :: force => van_der_pol_force
+   end type van_der_pol
 
    integer, parameter :: problem_pair = 1, problem_kepler = 2, problem_pleiades = 3, problem_oscillator = 4
 
@@ -49,6 +57,8 @@ contains
          & new_unittest('fixed-levels', test_fixed_levels), &
          & new_unittest('fixed-steps', test_fixed_steps), &
          & new_unittest('rounding', test_rounding), &
+         & new_unittest('noise', test_noise), &
+         & new_unittest('stiff', test_stiff), &
          & new_unittest('ranges', test_ranges), &
          & new_unittest('automatic', test_automatic), &
          & new_unittest('proportionality', test_proportionality), &
@@ -434,6 +444,111 @@ contains
          call check(error, .not. outcome%status%failed(), trim(outcome%status%message))
       end do
    end subroutine test_rounding
+
+   !> Columns that do not fall, nor with half the length: refused where they are rounding errors, and there alone
+   subroutine test_noise(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: numbers(5) = [1, 2, 3, 4, 5]
+      real(wp), parameter :: roundings(4) = [0.0_wp, 1.0e-4_wp, 2.0e-3_wp, 3.5e-3_wp]
+      type(order_control) :: control
+      type(error_norm_type) :: norm
+      type(status_type) :: status
+      real(wp) :: weights(5, 5), h, h_next, noise
+      integer :: i, k, trial
+      norm%rtol = 1.0e-12_wp
+      norm%atol = [1.0e-12_wp]
+      weights = 0.0_wp
+      do k = 1, 5
+         weights(:k, k) = extrapolation_weights(numbers(:k), 2)
+      end do
+      do i = 1, size(roundings)
+         call control%prepare(numbers, weights, 2, norm)
+         status = status_type()
+         h = 0.1_wp
+         do trial = 1, 2
+            call control%open_trial(1.0_wp, h, roundings(i), status)
+            call check(error, .not. status%failed(), trim(status%message))
+            if (status%failed()) return
+            do k = 1, control%last
+               control%work(k) = real(numbers(k), wp)
+               control%error(k) = 2.0_wp
+            end do
+            k = control%last
+            call check(error, k >= 3, 'columns to look at')
+            noise = roundings(i)*sqrt(sum(weights(:k, k)**2*numbers(:k)))
+            call control%close_trial(k, h_next, status)
+            if (trial == 1) call check(error, .not. status%failed(), 'half the length is tried before')
+            h = 0.5_wp*h
+         end do
+         call check(error, status%failed() .eqv. 2.0_wp <= 100.0_wp*noise, 'noise is told from errors')
+         if (i <= 2) call check(error, .not. status%failed(), 'no rounding errors')
+         if (i < 4) cycle
+         call check(error, status%code, dynstep_tolerance_too_small, 'noise')
+         call check(error, index(status%message, 'rounding errors leave 6.0000') > 0, trim(status%message))
+      end do
+   end subroutine test_noise
+
+   !> Columns of a stiff system do not fall where the step is long; loose tolerances are met with short ones.  Errors beside a
+   !> run at 1e-11 are 0.1 to 3.4 tolerances
+   subroutine test_stiff(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: mu(3) = [20.0_wp, 50.0_wp, 100.0_wp]
+      real(wp) :: place(5)
+      integer, parameter :: digits(5) = [3, 4, 6, 7, 11]
+      type(status_type) :: status
+      integer :: i, k
+      do i = 1, 3
+         do k = 5, 1, -1
+            call run_van_der_pol(mu(i), 10.0_wp**(-digits(k)), place(k), status)
+            call check(error, .not. status%failed(), trim(status%message))
+            if (status%failed()) return
+call check(error, abs(place(k) - place(5)) <= 7.0_wp*10.0_wp**(-digits(k)), 'errors near the tolerance')
+         end do
+      end do
+   end subroutine test_stiff
+
+   !> q at the time 2 mu, from q = 2, v = 0
+   subroutine run_van_der_pol(mu, tolerance, place, status)
+      real(wp), intent(in) :: mu, tolerance
+      real(wp), intent(out) :: place
+      type(status_type), intent(out) :: status
+      type(van_der_pol) :: sys
+      type(extrapolation_stepper) :: stepper
+      type(state_type) :: state, trial
+      type(error_norm_type) :: norm
+      type(verdict_type) :: verdict
+      real(wp) :: h
+      sys%n = 1
+      sys%mu = mu
+      stepper%vary_order = .true.
+      call new_stepper(sys, [2.0_wp, 0.0_wp], 0.25_wp, tolerance, stepper, state, norm, status)
+      call allocate_state(sys, trial, status)
+      h = 1.0e-3_wp
+      do while (state%t < 2.0_wp*mu .and. .not. status%failed())
+         h = min(h, 2.0_wp*mu - state%t)
+         call stepper%try_within(sys, state, h, state%t + h, norm, trial, verdict, status)
+         if (status%failed() .and. status%retry) then
+            call status%clear()
+            h = 0.25_wp*h
+            cycle
+         end if
+         if (status%failed()) exit
+         h = verdict%h_next
+         if (verdict%error <= 1.0_wp) call stepper%accept(state, trial)
+      end do
+      place = state%y(1)
+   end subroutine run_van_der_pol
+
+   recursive subroutine van_der_pol_force(self, t, q, v, f, ierr)
+      class(van_der_pol), intent(inout) :: self
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: q(self%n), v(self%n)
+      real(wp), intent(out) :: f(self%n)
+      integer, intent(out) :: ierr
+      f = self%mu*(1.0_wp - q**2)*v - q
+      ierr = 0
+      if (t < 0.0_wp) ierr = 1
+   end subroutine van_der_pol_force
 
    subroutine test_ranges(error)
       type(error_type), allocatable, intent(out) :: error
