@@ -28,6 +28,8 @@
 !>
 !>   With vary_order a trial under control, `try_within`, makes row after row until the error is small enough, see
 !>   DYNSTEP_ORDER_CONTROL; `try_step` makes as many as the last of these trials had.  A run of fixed steps has `levels`.
+!>   `prepare_control` is for one run: the next `start` after its trials, or a fixed step before the first of them, ends
+!>   the control, and what follows has the bits of a method that was never controlled.  `restart` goes on with it.
 module dynstep_extrapolation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dynstep_accelerations, only: acceleration_solver
@@ -43,8 +45,8 @@ module dynstep_extrapolation
       & sequence_harmonic, substep_numbers
    use dynstep_start_check, only: check_size, check_start
    use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, dynstep_not_finite, status_type
-   use dynstep_stepper, only: allocate_state, clock_type, method_properties, prepare_estimate, state_type, step_counters, &
-      & stepper_type, try_by_estimate, verdict_type
+   use dynstep_stepper, only: allocate_state, clock_type, method_properties, prepare_estimate, restart_with_counts, &
+      & state_type, step_counters, stepper_type, try_by_estimate, verdict_type
    use dynstep_text, only: text
    implicit none
    private
@@ -72,7 +74,9 @@ module dynstep_extrapolation
       type(acceleration_solver), private :: end_solver
       type(step_counters), private :: own               ! work outside the levels
       logical, private :: base_reads_a = .true.
-      logical, private :: is_controlled = .false.       ! prepare_control was called after the last init
+      logical, private :: is_controlled = .false.       ! prepare_control was called for the present run
+      logical, private :: has_tried = .false.           ! and trials were made under its control
+      logical, private :: is_restarting = .false.       ! `start` is called by `restart`
       logical, private :: is_tight = .false.            ! and its tolerance is below tight_below
       type(order_control), private :: control           ! of vary_order
       real(wp), allocatable, private :: error(:)        ! estimate of a column
@@ -82,6 +86,7 @@ module dynstep_extrapolation
       procedure :: init => extrapolation_init
       procedure :: reset => extrapolation_reset
       procedure :: start => extrapolation_start
+      procedure :: restart => extrapolation_restart
       procedure :: try_step => extrapolation_try_step
       procedure :: advance => extrapolation_advance
       procedure :: estimate_error => extrapolation_estimate_error
@@ -149,6 +154,7 @@ contains
       if (status%failed()) return
       call self%note_init()
       self%is_controlled = .false.
+      self%has_tried = .false.
       call check_size(sys, status)
       call check_base(self, status)
       call substep_numbers(self%sequence, self%levels, self%custom, numbers, status)
@@ -241,6 +247,7 @@ contains
       type(status_type), intent(inout) :: status
       call check_start(self, sys, state, status)
       if (status%failed()) return
+      if (self%has_tried .and. .not. self%is_restarting) call end_control(self, sys, status)
       call check_numbers(self, status)
       if (status%failed()) return
       call self%reset()
@@ -248,6 +255,32 @@ contains
       call gather_counts(self)
       self%is_started = .not. status%failed()
    end subroutine extrapolation_start
+
+   !> Inside a run, which goes on under its control
+   recursive subroutine extrapolation_restart(self, sys, state, status)
+      class(extrapolation_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(inout) :: state
+      type(status_type), intent(inout) :: status
+      self%is_restarting = .true.
+      call restart_with_counts(self, sys, state, status)
+      self%is_restarting = .false.
+   end subroutine extrapolation_restart
+
+   !> Levels as they are set, made anew: without what a run under control aimed their iterations at
+   recursive subroutine end_control(self, sys, status)
+      class(extrapolation_stepper), intent(inout) :: self
+      class(ode_system), intent(inout) :: sys
+      type(status_type), intent(inout) :: status
+      integer, allocatable :: numbers(:)
+      if (status%failed() .or. .not. self%is_controlled) return
+      call substep_numbers(self%sequence, self%levels, self%custom, numbers, status)
+      if (status%failed()) return
+      self%is_controlled = .false.
+      self%has_tried = .false.
+      call keep_counts(self)
+      call make_levels(self, sys, numbers, status)
+   end subroutine end_control
 
    !> Substeps of the rows by the present settings
    recursive subroutine choose_numbers(self, numbers, status)
@@ -295,6 +328,7 @@ contains
          & call status%set(dynstep_invalid_input, 'max_levels = '//text(self%max_levels)//' must be 2 to '//text(most_levels))
       if (status%failed()) return
       self%is_controlled = .true.
+      self%has_tried = .false.
       self%is_tight = tolerance_of(norm) < tight_below
       call choose_numbers(self, numbers, status)
       if (status%failed()) return
@@ -363,6 +397,7 @@ contains
       real(wp) :: before
 
       if (status%failed()) return
+      self%has_tried = self%is_controlled
       if (.not. (self%vary_order .and. self%is_controlled)) then
          call try_by_estimate(self, sys, state, h, t1, norm, trial, verdict, status)
          return
@@ -465,6 +500,7 @@ contains
       type(status_type), intent(inout) :: status
       integer :: j
 
+      if (self%is_controlled .and. .not. self%has_tried) call end_control(self, sys, status)
       if (status%failed()) return
       do j = 1, self%used
          call make_row(self, sys, state, h, j, status)
@@ -669,6 +705,8 @@ contains
       call file%expect('numbers', self%numbers)
       call file%expect('base_order', self%base_order)
       call file%item('used', self%used)
+      ! a checkpoint is read behind prepare_control and goes on with the trials of its run
+      if (file%is_reading) self%has_tried = self%is_controlled
       call self%control%archive('control', file)
       call self%own%archive('own', file)
       call self%end_solver%archive('end_solver', file)

@@ -35,7 +35,7 @@ module dynstep_stepper
    private
 
    public :: advance_by_trials, allocate_state, has_shape, hermite_point, multiplier_counts, swap_states
-   public :: prepare_estimate, try_by_estimate
+   public :: prepare_estimate, restart_with_counts, try_by_estimate
 
    !> A point of the trajectory
    type, public :: state_type

@@ -57,6 +57,7 @@ contains
          & new_unittest('fixed-levels', test_fixed_levels), &
          & new_unittest('fixed-steps', test_fixed_steps), &
          & new_unittest('rounding', test_rounding), &
+         & new_unittest('end-of-control', test_end_of_control), &
          & new_unittest('noise', test_noise), &
          & new_unittest('stiff', test_stiff), &
          & new_unittest('ranges', test_ranges), &
@@ -549,6 +550,54 @@ call check(error, abs(place(k) - place(5)) <= 7.0_wp*10.0_wp**(-digits(k)), 'err
       ierr = 0
       if (t < 0.0_wp) ierr = 1
    end subroutine van_der_pol_force
+
+   !> A fixed run behind one under control, with `start` alone, has the levels that are set and the bits of a fresh method;
+   !> so has one whose control was prepared and not used.  `restart` goes on under control
+   subroutine test_end_of_control(error)
+      type(error_type), allocatable, intent(out) :: error
+      class(mechanical_system), allocatable :: sys
+      type(extrapolation_stepper) :: stepper, fresh
+      type(newmark_stepper), allocatable :: base
+      type(state_type) :: state, trial, twin
+      type(error_norm_type) :: norm
+      type(verdict_type) :: verdict
+      type(status_type) :: status
+      real(wp), allocatable :: y(:)
+      real(wp) :: t_end
+      integer :: i
+      call new_case(problem_pair, sys, y, t_end)
+      do i = 1, 4
+         allocate (base)
+         fresh = extrapolation_stepper()
+         call move_alloc(base, fresh%base)
+         fresh%vary_order = i > 2
+         call fresh%init(sys, status)
+         stepper = extrapolation_stepper()
+         stepper%vary_order = i > 2
+         call new_stepper(sys, y, 0.25_wp, 1.0e-3_wp, stepper, state, norm, status)
+         call allocate_state(sys, trial, status)
+         twin = trial
+         if (mod(i, 2) == 0) then
+            call stepper%try_within(sys, state, 0.03_wp, 0.03_wp, norm, trial, verdict, status)
+            call stepper%restart(sys, state, status)
+            if (i > 2) call check(error, verdict%order < 8, 'another order than that of the levels')
+            call stepper%try_step(sys, state, 0.03_wp, 0.03_wp, trial, status)
+            call fresh%start(sys, state, status)
+            call fresh%try_step(sys, state, 0.03_wp, 0.03_wp, twin, status)
+            call check(error, any(abs(twin%y - trial%y) > 0.0_wp), 'restart goes on under control')
+            call stepper%start(sys, state, status)
+         end if
+         call stepper%try_step(sys, state, 0.03_wp, 0.03_wp, trial, status)
+         call fresh%start(sys, state, status)
+         call fresh%try_step(sys, state, 0.03_wp, 0.03_wp, twin, status)
+         call check(error, .not. status%failed(), trim(status%message))
+         call check(error, all(abs(twin%y - trial%y) <= 0.0_wp), 'the bits of a fresh one')
+         associate (facts => stepper%properties())
+            call check(error, facts%order, 8)
+            call check(error, facts%highest_order, 0)
+         end associate
+      end do
+   end subroutine test_end_of_control
 
    subroutine test_ranges(error)
       type(error_type), allocatable, intent(out) :: error
