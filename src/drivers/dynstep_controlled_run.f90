@@ -315,7 +315,8 @@ contains
          ! where a shorter step led to an end, the length before it is not forgotten
          if (verdict%error <= 1.0_wp .and. abs(h) < 0.9_wp*abs(self%h)) then
             next = sign(max(abs(next), abs(self%h)), h)
-         else if (self%keeps_factors .and. abs(next) > abs(h) .and. abs(next) < worthwhile_growth*abs(h)) then
+         else if (self%keeps_factors .and. .not. abs(verdict%h_next) > 0.0_wp .and. abs(next) > abs(h) &
+            & .and. abs(next) < worthwhile_growth*abs(h)) then
             next = h
          end if
          self%h = sign(min(abs(next), longest), h)

@@ -33,6 +33,9 @@ module dynstep_event_watch
    !> A function that is not zero by this part of its largest value in the step before was moved by the action
    real(wp), parameter :: moved = 1.0e-10_wp
 
+   !> Rounding errors of a function beside its largest value in the step
+   real(wp), parameter :: at_zero = 64.0_wp*epsilon(1.0_wp)
+
    !> A bracket on the interpolant is halved so often; real steps do the rest
    integer, parameter :: halvings = 24
 
@@ -443,7 +446,11 @@ contains
       integer, intent(in) :: which
       integer :: i
       do i = 1, self%count
-         self%fired(i) = i == which .or. (self%sign_now(i)*self%value(i) < 0.0_wp .and. self%direction(i)*self%sign_now(i) <= 0)
+         self%fired(i) = i == which
+         if (i == which .or. self%sign_now(i) == 0 .or. self%direction(i)*self%sign_now(i) > 0) cycle
+         ! behind its zero, or at it within rounding and on the way through it
+         self%fired(i) = self%sign_now(i)*self%value(i) < 0.0_wp .or. (self%sign_now(i)*self%end_value(i) <= 0.0_wp &
+            & .and. abs(self%value(i)) <= at_zero*maxval(abs(self%sample(i, :))))
       end do
    end subroutine watch_fire
 

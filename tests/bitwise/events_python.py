@@ -107,6 +107,7 @@ def run(problem, system, method):
 
 side[0] = -1
 without = dynstep.MechanicalSystem(2, force, **options)
-for method in ("newmark-extrapolation", "bi"):
+extrapolation = dynstep.NewmarkExtrapolation(levels=4)
+for method in (extrapolation, "bi"):
     run("f", without, method)
-run("g", dynstep.MechanicalSystem(2, force, switches=switches, side=side, **options), "newmark-extrapolation")
+run("g", dynstep.MechanicalSystem(2, force, switches=switches, side=side, **options), extrapolation)

@@ -52,6 +52,7 @@ contains
          & new_unittest('bounces-end', test_bounces_end), &
          & new_unittest('directions', test_directions), &
          & new_unittest('order-of-time', test_order_of_time), &
+         & new_unittest('one-time', test_one_time), &
          & new_unittest('two-zeros-in-a-step', test_two_zeros), &
          & new_unittest('tangent', test_tangent), &
          & new_unittest('terminal', test_terminal), &
@@ -130,6 +131,8 @@ contains
          s = sin(2.0_wp*acos(-1.0_wp)*t)
       case (11)
          s = [t - 0.5_wp, t - (0.5_wp + self%level)]
+      case (13)
+         s = [t - 0.5_wp, 0.5_wp - t, y(1) - self%level]
       case default
          s = y(1) - self%level
       end select
@@ -414,6 +417,32 @@ contains
       call check(error, run%log%t(2), 0.7_wp, 'second', thr=1.0e-9_wp)
       call check(error, run%log%t(3), run%log%t(2), 'third', thr=4.0_wp*eps)
    end subroutine test_order_of_time
+
+   !> Functions that are zero at one time within rounding, on either side: each is met, and a terminal one ends the run
+   subroutine test_one_time(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(point_mass) :: sys
+      type(watcher) :: event
+      class(stepper_type), allocatable :: stepper
+      type(integration_type) :: run
+      type(state_type) :: state
+      type(status_type) :: status
+      integer :: k
+      do k = 1, 40
+         call new_point(sys, .true.)
+         call new_method(stepper, 6)
+         call start(sys, stepper, state, 1.0_wp, 0.0_wp, status)
+         event%kind = 13
+         event%count = 3
+         event%level = cos(0.5_wp)
+         event%terminal = [.false., .true., .false.]
+         call run%begin(sys, state, 1.0_wp, control_type(h=0.02_wp*k), status)
+         call run%proceed(stepper, sys, state, status, events=event)
+         call check(error, status%code, dynstep_event, trim(status%message))
+         call check(error, count(run%log%which(:run%log%count) < 3), 2, 'both')
+         if (allocated(error)) return
+      end do
+   end subroutine test_one_time
 
    !> A level just below the top of a flight is passed twice within a part of one step
    subroutine test_two_zeros(error)
