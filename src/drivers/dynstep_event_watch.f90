@@ -52,6 +52,7 @@ module dynstep_event_watch
       integer, allocatable, private :: bracket_sign(:)      ! [count] just before the zero that was found
       real(wp), allocatable, private :: begin_value(:)      ! [count] at the begin of the step
       real(wp), allocatable, private :: end_value(:)        ! [count] at its end, of the last call of `first_zero`
+      real(wp), allocatable, private :: event_value(:)      ! [count] at the last event
       real(wp), allocatable, private :: sample(:, :)        ! [count, 0:most_samples + 1]
       real(wp), allocatable, private :: place(:)            ! [0:most_samples + 1] parts of the step
       type(state_type), private :: point
@@ -94,7 +95,7 @@ contains
       allocate (self%sign_now(self%count), self%direction(self%count), self%bracket_sign(self%count), source=0)
       allocate (self%fired(self%count), source=.false.)
       allocate (self%value(self%count), self%begin_value(self%count), self%end_value(self%count), &
-         & self%sample(self%count, 0:most_samples + 1), self%place(0:most_samples + 1), source=0.0_wp)
+         & self%event_value(self%count), self%sample(self%count, 0:most_samples + 1), self%place(0:most_samples + 1), source=0.0_wp)
       if (present(events)) then
          if (allocated(events%direction)) self%direction(self%switches + 1:) = events%direction
       end if
@@ -131,7 +132,7 @@ contains
       if (allocated(self%sign_now)) deallocate (self%sign_now)
       if (allocated(self%begin_value)) deallocate (self%begin_value)
       if (allocated(self%value)) deallocate (self%value, self%direction, self%sample, self%place, self%fired, &
-         & self%bracket_sign, self%end_value)
+         & self%bracket_sign, self%end_value, self%event_value)
    end subroutine watch_clear
 
    !> To a checkpoint or from it
@@ -439,19 +440,34 @@ contains
       end do
    end subroutine watch_pass
 
-   !> A step was accepted that ends at a zero of function `which`, where self%value are the values: others that went through
-   !> zero up to there, within rounding at the same time, are noted with it
-   pure subroutine watch_fire(self, which)
+   !> A step from `left` to `right` was accepted that ends at a zero of function `which`, where self%value are the values: others
+   !> that went through zero up to there, or are zero at the same time within rounding and on the way through it, are noted
+   recursive subroutine watch_fire(self, stepper, sys, left, right, which, resolution, status, events)
       class(event_watch), intent(inout) :: self
+      class(stepper_type), intent(in) :: stepper
+      class(ode_system), intent(inout) :: sys
+      type(state_type), intent(in) :: left, right        !! of one time where there was no step
       integer, intent(in) :: which
+      real(wp), intent(in) :: resolution                 !! of times
+      type(status_type), intent(inout) :: status
+      class(event_type), intent(inout), optional :: events
+      real(wp) :: value, slope
       integer :: i
+      self%fired = .false.
+      self%fired(which) = .true.
+      self%event_value = self%value
       do i = 1, self%count
-         self%fired(i) = i == which
          if (i == which .or. self%sign_now(i) == 0 .or. self%direction(i)*self%sign_now(i) > 0) cycle
-         ! behind its zero, or at it within rounding and on the way through it
-         self%fired(i) = self%sign_now(i)*self%value(i) < 0.0_wp .or. (self%sign_now(i)*self%end_value(i) <= 0.0_wp &
-            & .and. abs(self%value(i)) <= at_zero*maxval(abs(self%sample(i, :))))
+         value = self%sign_now(i)*self%event_value(i)
+         self%fired(i) = value < 0.0_wp
+         if (self%fired(i) .or. self%sign_now(i)*self%end_value(i) > 0.0_wp) cycle
+         self%fired(i) = .not. value > 0.0_wp
+         if (self%fired(i) .or. value > at_zero*maxval(abs(self%sample(i, :))) .or. .not. abs(right%t - left%t) > 0.0_wp) cycle
+         slope = self%slope(stepper, sys, left, right, i, right%t, status, events)
+         if (status%failed()) return
+         self%fired(i) = value <= 8.0_wp*resolution*abs(slope)
       end do
+      self%value = self%event_value
    end subroutine watch_fire
 
    !> True where function i has left the sign before its zero at the end of the step, too

@@ -256,7 +256,7 @@ contains
          allowed = allowed - steps
          if (status%failed()) exit
          if (steps > 0) call record_point(self, stepper, sys, state, status, recorder)
-         if (self%which > 0) call meet_events(self, stepper, sys, state, status, recorder, events)
+         if (self%which > 0) call meet_events(self, stepper, sys, state, steps > 0, status, recorder, events)
          if (status%code == dynstep_event .or. status%failed()) exit
          if (.not. present(observer)) cycle
          stop_asked = .false.
@@ -582,11 +582,12 @@ contains
 
    !> At a state where functions are zero: sides change, events are noted and acted upon, and where something changed the
    !> method starts anew
-   recursive subroutine meet_events(self, stepper, sys, state, status, recorder, events)
+   recursive subroutine meet_events(self, stepper, sys, state, has_step, status, recorder, events)
       class(run_type), intent(inout) :: self
       class(stepper_type), intent(inout) :: stepper
       class(ode_system), intent(inout) :: sys
       type(state_type), intent(inout) :: state
+      logical, intent(in) :: has_step                    !! from self%left to `state`
       type(status_type), intent(inout) :: status
       class(recorder_type), intent(inout), optional :: recorder
       class(event_type), intent(inout), optional :: events
@@ -595,7 +596,12 @@ contains
 
       last = 0
       is_changed = .false.
-      call self%watch%fire(self%which)
+      if (has_step) then
+         call self%watch%fire(stepper, sys, self%left, state, self%which, resolution_of(self%left%t, state%t), status, events)
+      else
+         call self%watch%fire(stepper, sys, state, state, self%which, 0.0_wp, status, events)
+      end if
+      if (status%failed()) return
       self%which = 0
       call look_for_chatter(self, state%t, status)
       if (status%failed()) return
