@@ -27,7 +27,8 @@ module dynstep_controlled_run
    use dynstep_linear_system, only: linear_system
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
-   use dynstep_run, only: observer_type, run_type, steps_before_time
+   use dynstep_record_times, only: steps_before_time
+   use dynstep_run, only: observer_type, run_type
    use dynstep_status, only: dynstep_invalid_input, dynstep_step_too_small, dynstep_tolerance_too_small, status_type
    use dynstep_step_control, only: step_control_type
    use dynstep_stepper, only: method_properties, state_type, stepper_type, verdict_type

@@ -36,8 +36,8 @@ module dynstep_dense_output
    use dynstep_mechanical_system, only: mechanical_system
    use dynstep_ode_system, only: ode_system
    use dynstep_status, only: dynstep_invalid_input, dynstep_no_memory, dynstep_not_converged, status_type
-   use dynstep_stepper, only: allocate_state, hermite_point, method_properties, multiplier_counts, state_type, step_counters, &
-      & stepper_type, verdict_type
+   use dynstep_stepper, only: allocate_state, copy_state, hermite_point, method_properties, multiplier_counts, state_type, &
+      & step_counters, stepper_type, verdict_type
    use dynstep_text, only: text
    implicit none
    private
@@ -249,17 +249,6 @@ contains
       work%newton_iterations = after%newton_iterations - before%newton_iterations
       work%halvings = after%halvings - before%halvings
    end function difference
-
-   !> The arrays of both have the same lengths: nothing is allocated
-   pure subroutine copy_state(from, to)
-      type(state_type), intent(in) :: from
-      type(state_type), intent(inout) :: to
-      to%t = from%t
-      to%y(:) = from%y
-      to%a(:) = from%a
-      to%lambda(:) = from%lambda
-      to%psi(:) = from%psi
-   end subroutine copy_state
 
    !> q, v, a, lambda, psi (y and y') at time t inside the step; at a node they are those of the node
    recursive subroutine dense_evaluate(self, sys, t, point)

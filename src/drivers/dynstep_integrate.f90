@@ -25,9 +25,10 @@ module dynstep_integrate
    use dynstep_events, only: event_type
    use dynstep_kinds, only: long, wp
    use dynstep_ode_system, only: ode_system
-   use dynstep_run, only: copy_point, observer_type, run_type, steps_before_time
+   use dynstep_record_times, only: steps_before_time
+   use dynstep_run, only: observer_type, run_type
    use dynstep_status, only: dynstep_invalid_input, dynstep_not_converged, dynstep_not_finite, status_type
-   use dynstep_stepper, only: clock_type, method_properties, state_type, step_counters, stepper_type
+   use dynstep_stepper, only: clock_type, copy_state, method_properties, state_type, step_counters, stepper_type
    use dynstep_text, only: text
    use dynstep_trajectory, only: recorder_type
    implicit none
@@ -236,13 +237,13 @@ contains
 
       full_clock = self%clock
       count = stepper%count
-      call copy_point(state, self%left)
+      call copy_state(state, self%left)
       do
          clock = full_clock
          if (clock%k >= self%full_steps) clock = clock_type(t0=state%t, h=self%last_step, k=0)
          call stepper%advance(sys, state, clock, steps, status, complete=.true.)
          if (all(ieee_is_finite(state%y))) exit
-         call copy_point(self%left, state)
+         call copy_state(self%left, state)
          stepper%count = count
          if (steps == 1) then
             call status%set(dynstep_not_finite, 'the step from t = '//text(state%t)//' leaves the range of numbers; the ' &

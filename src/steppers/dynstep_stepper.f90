@@ -34,7 +34,7 @@ module dynstep_stepper
    implicit none
    private
 
-   public :: advance_by_trials, allocate_state, has_shape, hermite_point, multiplier_counts, swap_states
+   public :: advance_by_trials, allocate_state, copy_state, has_shape, hermite_point, multiplier_counts, swap_states
    public :: prepare_estimate, restart_with_counts, try_by_estimate
 
    !> A point of the trajectory
@@ -333,6 +333,17 @@ contains
       has_shape = size(state%y) == sys%state_size() .and. size(state%a) == sys%n .and. size(state%lambda) == m &
          & .and. size(state%psi) == p
    end function has_shape
+
+   !> All of a state into another one.  The arrays of both have the same lengths: nothing is allocated.
+   pure subroutine copy_state(from, to)
+      type(state_type), intent(in) :: from
+      type(state_type), intent(inout) :: to
+      to%t = from%t
+      to%y(:) = from%y
+      to%a(:) = from%a
+      to%lambda(:) = from%lambda
+      to%psi(:) = from%psi
+   end subroutine copy_state
 
    !> The trial becomes the state and the state the trial: arrays are exchanged, not copied.
    !> A multistep method overrides this to shift its history.
