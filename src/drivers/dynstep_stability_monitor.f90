@@ -172,7 +172,8 @@ contains
    pure subroutine monitor_look_at_columns(self, stepper)
       class(stability_monitor), intent(inout) :: self
       class(stepper_type), intent(in) :: stepper
-      if (self%diverging >= patience) return
+      ! where the limit is known, `look` has told
+      if (self%diverging >= patience .or. self%limit >= 0.0_wp) return
       if (stepper%column_growth() > 1.0_wp) then
          self%diverging = self%diverging + 1
       else
